@@ -299,13 +299,10 @@ def test_an_import_include_or_call_against_the_order_is_found(tmp_path):
 
 def test_a_test_of_the_class_of_cells_and_a_long_tuple_are_found():
     for text in (
-        "isinstance(x, Mesh)",
-        "isinstance(x, (int, PointCloud))",
-        "isinstance(x, Mesh | TetMesh)",
-        "type(x) is PolygonMesh",
-        "type(x) in (Mesh, TetMesh)",
+        "isinstance(x, Mesh)", "isinstance(x, (int, PointCloud))", "isinstance(x, Mesh | TetMesh)",
+        "type(x) is PolygonMesh", "type(x) in (Mesh, TetMesh)",
         "match x:\n    case TetMesh():\n        pass",
-    ):
+    ):  # fmt: skip
         assert cell_tests(ast.parse(text))
     assert not cell_tests(ast.parse("isinstance(x, CellGraph) and type(x) is int"))
     assert long_tuples(ast.parse("def f() -> tuple[int, int, int, int, str]: ..."))

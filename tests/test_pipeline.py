@@ -94,7 +94,8 @@ def test_more_regions_than_the_default_number_are_a_surprise_too():
     soup = shapes.soup(shapes.bumpy_sheet(12))
     with pytest.warns(sf.IslandWarning, match=r"^288 regions instead of 150: 138 components"):
         assert sf.segment(sf.prepare(soup, weld=False)).n_segments == 288
-    sf.segment(sf.prepare(soup, weld=False), radius=0.07)  # no number was given
+    with pytest.warns(sf.IslandWarning, match=r"^288 regions: 218 components got no seed; to join"):
+        sf.segment(sf.prepare(soup, weld=False), radius=0.07)  # no number given, but most have none
 
 
 def test_as_many_regions_as_faces_leaves_each_alone():

@@ -113,8 +113,8 @@ def segment(
     -----
     BalanceWarning, FeatureWarning, IslandWarning, RadiusWarning, SliverWarning
         If sizes cannot be equal, or regions are disconnected because of ``Sizes(cells=...)``; if a
-        feature is constant; if there are more or fewer regions than `n_segments`; if regions have
-        fewer than four cells on average; or if a tenth of the area is in long and thin faces.
+        feature is constant; if there are more or fewer regions than `n_segments` or, with `radius`,
+        most have no seed; if regions have under 4 cells on average; or if faces are long and thin.
 
     Raises
     ------

@@ -34,13 +34,13 @@ class BatchResult:
     records : tuple of dict
         Record of each input file, in the order of the inputs, as in `manifest.jsonl`: ``name``,
         ``input``, ``version``, ``params``, ``sha256``, and ``error`` if the file failed, otherwise
-        ``cells``, ``regions``, ``seconds`` and ``outputs``.
+        ``cells``, ``regions``, ``seconds``, ``outputs`` and ``notes``, texts by kind.
     n_done, n_kept, n_failed : int
         Numbers of files segmented in this call, skipped with valid results, and failed in any call.
     n_cells, seconds : int, float
         Number of cells of the files segmented in this call, and its wall time in seconds.
     notes : tuple of str
-        Messages about ignored lines of `manifest.jsonl`, and about the number of workers.
+        Messages about ignored lines of `manifest.jsonl`, workers, and kinds of notes in `records`.
     """
 
     records: tuple[Record, ...]
@@ -76,9 +76,7 @@ class BatchProgress:
 
 
 def batch(
-    inputs: StrPath | Iterable[StrPath],
-    output_folder: StrPath,
-    *,
+    inputs: StrPath | Iterable[StrPath], output_folder: StrPath, *,
     formats: Sequence[str] = (), scheduler: str | None = None, workers: int | None = None,
     timeout: float | None = None, retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
@@ -198,6 +196,12 @@ def batch(
                     progress(state)
         records = tuple(manifest.records[job.name] for job in jobs)
     n_failed = sum("error" in record for record in records)
+    kinds: dict[str, list[str]] = {}
+    for record in records:
+        for kind, note in record.get("notes", {}).items():
+            kinds.setdefault(kind, []).append(f"{record['name']}: {note}")
+    found = ((kind, kit.counted(len(texts), "file"), texts[0]) for kind, texts in kinds.items())
+    notes += [f"{kind} in {files}, such as {first}" for kind, files, first in found]
     return BatchResult(
         records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
         time.perf_counter() - began, (*manifest.notes, *notes),

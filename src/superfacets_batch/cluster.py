@@ -240,10 +240,7 @@ def _check_workers(client: Any, folder: str) -> None:
         if version != __version__:
             raise other_version(worker, version, __version__)
         if not seen.get(address, True):  # a worker may have ended in between
-            raise ConnectionError(
-                f"{worker} cannot access the folder {folder}: use a shared folder that has the same"
-                " path on all machines"
-            )
+            raise ConnectionError(f"{worker} cannot access {folder}: share the folder at this path")
 
 
 @contextlib.contextmanager

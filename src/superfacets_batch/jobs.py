@@ -64,13 +64,12 @@ def run_job(job: BatchJob) -> Record:
         record["sha256"] = known or hash_of(job.path)
 
     try:
-        result, seconds = job.options.segment_to_files(job.path, job.files, set_hash)
+        result, seconds, notes = job.options.segment_to_files(job.path, job.files, set_hash)
         return record | {
-            "cells": len(result.labels),
-            "regions": result.n_segments,
+            "cells": len(result.labels), "regions": result.n_segments, "notes": notes,
             "seconds": {stage: round(spent, 4) for stage, spent in seconds.items()},
             "outputs": {name: hash_of(Path(job.folder, name)) for name in job.outputs},
-        }
+        }  # fmt: skip
     except Exception as error:  # recorded, so that other files are processed
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise

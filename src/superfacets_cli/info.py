@@ -76,8 +76,8 @@ def _text_of(value: Any, diagonal: float) -> str:
         n_digits = max(0, 6 - math.floor(math.log10(diagonal))) if diagonal > 1e-4 else 17
         rows = (" ".join(f"{round(x, n_digits) + 0.0:.15g}" for x in corner) for corner in value)
         return " to ".join(rows)
-    if isinstance(value, bool):
-        return "yes" if value else "no"
+    if value is None or isinstance(value, bool):
+        return {None: "unknown (open)", True: "yes", False: "no"}[value]
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

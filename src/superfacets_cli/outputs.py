@@ -112,7 +112,7 @@ class Job:
     ) -> None:
         """Print a report, see `print_report`.
 
-        `noun` is the word for a labeled cell, and `more` are further files that were written.
+        `noun` names a labeled cell ("face of a.stl"), and `more` are other files that were written.
         """
         is_json = click.get_current_context().params["as_json"]
         files = [f"{path}{'' if is_json else _labeled(path, noun)}" for path in self.files]
@@ -139,7 +139,8 @@ def _labeled(path: Path, noun: str) -> str:
     if kit.known_ending(path, FORMATS.outputs) in FORMATS.label_outputs:
         return f" (a label per {noun})"
     if kit.known_ending(path, FORMATS.outputs) in (*FORMATS.vertex_outputs, *FORMATS.key_labels):
-        return f" (a label per {'point' if noun == 'point' else 'vertex'})"
+        cell, *of_file = noun.split(" ", 1)
+        return f" (a label per {' '.join(['point' if cell == 'point' else 'vertex', *of_file])})"
     return ""
 
 

@@ -35,7 +35,8 @@ Columns = Mapping[str, kit.Array]
            "Write the table of regions to this .csv or .json file, or as CSV to standard"
            " output (-).  [default: -]"),
     option("--arcs", FILE,
-           "Write a table of all pairs of adjacent regions to this .csv or .json file."),
+           "Write the graph of neighboring regions (adjacency) to this .csv or .json file: one row"
+           " per pair, with the length and the angles of the border."),
     option("--borders", FILE,
            "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
     option("--majority NAMES", opts.Listed(),

@@ -102,7 +102,7 @@ def render_command(
     data = CellData(cells, attributes)
     values = _values_named(color_by, data)
     by_region = f"--color-by {values}" if isinstance(values, str) else None
-    series, paths = _series_of(source, labels, compare, cells, labels_named)
+    series, paths = _series_of(source, labels, compare, cells, labels_named, color_by is None)
     needed_by = "--numbers" if numbers else by_region
     if series[0] is None and needed_by is not None:
         raise click.UsageError(f"{needed_by} needs labels, and {source.name} has none: give LABELS")
@@ -132,12 +132,13 @@ def render_command(
 
 
 def _series_of(
-    source: CellFile, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
-) -> tuple[list[Any], list[Path]]:
+    source: CellFile, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
+    is_noted: bool,
+) -> tuple[list[Any], list[Path]]:  # fmt: skip
     """Return the labels of each picture, and their paths; the first labels may be None."""
     paths = [*([] if labels is None else [labels]), *compare]
     series: list[Any] = [labels_for(source, cells, path, name) for path in paths]
-    loss = None if series else ", so no regions are drawn"
+    loss = ", so no regions are drawn" if is_noted and not series else None
     shown = stored_labels(source, cells, name, loss) if labels is None else None
     if shown is not None:
         return [shown, *series], [Path(source.name), *paths]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshAttributes, kit
+from superfacets import IslandWarning, MeshAttributes, kit
 from superfacets.kit import FORMATS, Floats, Ints, Longs, OutputFiles, Written, counted, kind_of
 
 MAX_FILLED = 0.2
@@ -36,7 +36,8 @@ def notes_on_result(
         )
     n_own = result.n_unreached if result.params["islands"] == "keep" else 0
     is_by_radius = result.params["n_segments"] is None and "cells" not in result.params
-    if is_by_radius and n_own and "barriers" not in result.params:
+    is_warned = any(isinstance(one, IslandWarning) for one in outcome.warnings)
+    if is_by_radius and n_own and not is_warned and "barriers" not in result.params:
         added = f"regions were added for {counted(n_own, 'component')} without a seed"
         notes.append(f"{added}; to join them to the nearest region, use --islands nearest")
     if is_by_radius and n_made - n_own <= 1:
@@ -93,11 +94,7 @@ def notes_on_written(
     notes = _notes_on_sizes(_of_vertices(endings), sizes)
     if attributes is not None and attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    notes += [
-        f"data of the input that {ending} does not store: {'; '.join(lost)}"
-        for ending, lost in written.lost.items()
-        if lost
-    ]
+    notes += written.notes("data of the input that ")
     if attributes is not None and attributes.texture is not None:
         from superfacets_textures import notes_on_texture
 

@@ -204,8 +204,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
     options(opts.format_option("the inputs", of_stream=True), file_options, group="Files"),
     options(
         option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
-        opts.json_option("the results as JSON, one line per IN"),
-        group="Running",
+        opts.json_option("the results as JSON, one line per IN"), group="Running",
     ),
 )  # fmt: skip
 def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
@@ -264,7 +263,8 @@ class _Run:
             iterations = kit.counted(result.n_iter, "iteration")
             text += f"; {iterations}, {result.stop_reason}; seconds: {seconds}"
         sharp = "; all sharp edges are on borders" if inside == 0 else ""
-        job.report(facts, text + sharp, noun)
+        of = "" if outcome.listed is None else f" of {read.name_of(Path(job.input).name)}"
+        job.report(facts, text + sharp, noun + of)
 
     def _compute(self, job: Job, bar: Progress, timings: dict[str, float]) -> Any:
         """Read, subdivide and segment the input, without writing files."""

@@ -107,7 +107,7 @@ def _add_primitive(
         shades = _LINEAR[colors[split.face_of_vertex]]
         attributes["COLOR_0"] = scene.accessor(shades, "VEC3", VERTICES)
         for owner in ("vertex", "face"):
-            content.replace(owner, ("red", "green", "blue"))
+            content.replace(owner, dict.fromkeys(("red", "green", "blue"), -1))
     elif (own := content.stored_colors("vertex")) is not None:
         attributes["COLOR_0"] = scene.accessor(_LINEAR[own[split.vertices]], "VEC3", VERTICES)
     if regions is not None:

@@ -35,7 +35,7 @@ def test_a_record_says_what_was_done(scan, out):
     assert record == {
         "name": "one.ply", "input": str(scan), "version": sf.__version__,
         "params": {"formats": ["npy", "ply"], "n_segments": 20},
-        "sha256": jobs.hash_of(scan), "cells": len(labels), "regions": 20,
+        "sha256": jobs.hash_of(scan), "cells": len(labels), "regions": 20, "notes": {},
         "outputs": {
             name: hashlib.sha256(data).hexdigest() for name, data in results_in(out).items()
         },

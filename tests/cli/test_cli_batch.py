@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+import shapes
 from command_line import files_in
 
 from superfacets import MeshAttributes, read_mesh, segment, write_mesh
@@ -31,6 +32,19 @@ def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
     status, printed, _ = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
     assert status == 0
     assert printed.startswith("0 files done, 1 done before; 0 cells in ")
+
+
+def test_a_line_per_kind_of_note_says_how_many_files_have_it(run, tmp_path, out):
+    for name in "ab":
+        write_mesh(tmp_path / f"{name}.ply", shapes.two_islands(), [0] * 8)
+    command = ("batch", tmp_path, "-o", out, "-n", 1, "--to", "ply,segs.json", "--workers", 1)
+    err, kinds = run(*command)[2], ("IslandWarning", "small regions", "changed data")
+    begins = ("2 regions instead of 1: 1 comp", "2 with fewer than 20 vertices", "in .ply, new val")
+    for line, kind, begin in zip(err.splitlines(), kinds, begins, strict=True):
+        assert line.startswith(f"superfacets: note: {kind} in 2 files, such as a.ply: {begin}")
+    record = json.loads((out / "manifest.jsonl").read_text().splitlines()[1])
+    assert tuple(record["notes"]) == kinds
+    assert run(*command)[2] == err  # files that were done before have notes, too
 
 
 def test_values_of_each_file_are_a_mask(run, sheet, tmp_path, out):

@@ -294,9 +294,12 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     write_mesh("c.ply", shapes.bumpy_sheet(6), np.zeros(72, int))
     status, _, err = run("convert", "c.ply", "a.npy", "-o", "d.ply")
     assert status == 0
-    assert "data of the input that .ply does not store: face properties label" in err
+    assert "note: in .ply, new values replace face properties label" in err
     assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
-    assert ".obj does not store: face properties" in run("convert", "c.ply", "-o", "d.obj")[2]
+    for labels, replaced in ((), False), (["a.npy"], True):  # groups are labels
+        err = run("convert", "c.ply", *labels, "-o", "d.obj")[2]
+        assert ".obj does not store: face properties quality" in err
+        assert ("in .obj, new values replace face property label\n" in err) == replaced
     assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are those of the input
 
 

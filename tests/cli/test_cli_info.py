@@ -17,8 +17,9 @@ def test_info_prints_counts(run, sheet):
     rows = dict(re.split(r" {2,}", line, maxsplit=1) for line in out.splitlines())
     assert rows["faces"] == "1152"
     assert rows["boundary edges"] == "96"
-    assert rows["inside out"] == "no"
+    assert rows["inside out"] == "unknown (open)"
     facts = json.loads(run("info", sheet, "--json")[1])
+    assert facts["is_inside_out"] is None
     assert facts["n_faces"] == 1152
     assert facts["n_boundary_edges"] == 96
 

@@ -124,26 +124,23 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         assert message in err
 
 
-@pytest.mark.parametrize(
-    ("options", "status", "message"),
-    [
-        (("-n", "3,x", "-o", "out.npz"), 2, "'x' is not a whole number of 1 or more"),
-        (("-n", "3"), 2, "Missing option '-o'"),
-        (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .ply, .vtp,"),
-        (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
-        (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
-        (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "overwrite the input"),
-        (("-n", "3", "-o", "x_sp_label.npy", "--labels", "m.npy"), 1, "m.npy"),
-        (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2,
-         "give LABELS or a mask, --scans or --denoise, not both"),
-        (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
-        (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
-        (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
-         "features heat: the mesh has no property heat: it has normals"),
-        (("-n", "9999", "-o", "out.npz"), 2,
-         "n_segments must be at most 1152, the number of faces, got 9999"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("options", "status", "message"), [
+    (("-n", "3,x", "-o", "out.npz"), 2, "'x' is not a whole number of 1 or more"),
+    (("-n", "3"), 2, "Missing option '-o'"),
+    (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .ply, .vtp,"),
+    (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
+    (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
+    (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "overwrite the input"),
+    (("-n", "3", "-o", "x_sp_label.npy", "--labels", "m.npy"), 1, "m.npy"),
+    (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2,
+     "give LABELS or a mask, --scans or --denoise, not both"),
+    (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
+    (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
+    (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
+     "features heat: the mesh has no property heat: it has normals"),
+    (("-n", "9999", "-o", "out.npz"), 2,
+     "n_segments must be at most 1152, the number of faces, got 9999"),
+])  # fmt: skip
 def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, options, status, message):
     monkeypatch.chdir(tmp_path)
     code, out, err = run("levels", sheet, *options)
@@ -168,7 +165,7 @@ def test_levels_carries_attributes_over(run, sheet, tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh, np.zeros(mesh.n_faces, int), attributes=attributes)
     out = tmp_path / "b.ply"
     _, _, err = run("levels", tmp_path / "a.ply", "-n", 6, "-o", out)
-    assert "data of the input that .ply does not store: face properties label" in err
+    assert "in .ply, new values replace face properties label" in err
     kept = sf.read_attributes(tmp_path / "b.6.ply")
     assert np.array_equal(kept.face["part"], np.arange(mesh.n_faces))
     assert run("levels", tmp_path / "a.ply", "-n", 6, "-o", out, "--drop-attributes")[2] == ""

@@ -52,9 +52,7 @@ LIFT = ("lift", "cube.ply", "cube.ply", "masks", "transforms.json")
 def test_regions_are_labeled_by_masks(run, folder):
     status, out, err = run(*LIFT)
     assert status == 0
-    assert err.startswith(
-        "superfacets: note: data of the input that .ply does not store: face properties label"
-    )
+    assert err.startswith("superfacets: note: in .ply, new values replace face properties label")
     assert out == (
         "wrote cube.superfacets.ply\n"
         "cube.ply: 8 images: 100.0% of the area is visible; 2 labels: 100.0% of the area is"

@@ -53,35 +53,32 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
     assert plan(["a.ply"], ["-", "x.npy"], ["seg"]) == [("a.ply", ["x.npy"], ".seg")]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["a.ply", "b.ply", "-o", "x.npy"], "x.npy is one file for 2 inputs: give -o a folder"),
-        (["a.ply", "b.ply", "-o", "-"], "- is one file for 2 inputs: give -o a folder"),
-        (["a.ply", "-"], "standard input (-) must be the only input"),
-        (["-", "-o", "results/"], "standard input has no file name: give -o a file, not a folder"),
-        (["a.ply", "a.ply"], "would both be written to a.superfacets.ply"),
-        (["a.ply", "./a.ply"], "would both be written to a.superfacets.ply"),
-        (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
-        (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
-        (["a.ply", "-o", "b/", "-o", "c/"], "give -o at most one folder"),
-        (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
-        (["a.ply", "-o", "b.gltf"],
-         "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv, .pcd,"
-         " .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth, .label.gii, .annot,"
-         " .sstk.json, .aggregation.json, .npz, got .gltf (see"),
-        (["a.ply", "-o", "new.gltf"], ".aggregation.json, .npz, got .gltf (see"),
-        (["a.ply", "-o", ""], "got none"),
-        (["a.ply", "-o", "x.npy", "--to", "npy"],
-         "--to has no effect: the endings of the output files"),
-        (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
-        (["a.ply", "--to", "npy", "--to", "npy"], "npy: the same output is given twice"),
-        (["a.ply", "--to", "npy,npy"], "npy: the same output is given twice"),
-        (["a.ply", "--to", "npy,tri"], "'--to': 'tri' is not one of 'ply', 'vtp',"),
-        (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
-        ([], "Missing argument"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["a.ply", "b.ply", "-o", "x.npy"], "x.npy is one file for 2 inputs: give -o a folder"),
+    (["a.ply", "b.ply", "-o", "-"], "- is one file for 2 inputs: give -o a folder"),
+    (["a.ply", "-"], "standard input (-) must be the only input"),
+    (["-", "-o", "results/"], "standard input has no file name: give -o a file, not a folder"),
+    (["a.ply", "a.ply"], "would both be written to a.superfacets.ply"),
+    (["a.ply", "./a.ply"], "would both be written to a.superfacets.ply"),
+    (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
+    (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
+    (["a.ply", "-o", "b/", "-o", "c/"], "give -o at most one folder"),
+    (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
+    (["a.ply", "-o", "b.gltf"],
+     "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv, .pcd,"
+     " .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth, .label.gii, .annot,"
+     " .sstk.json, .aggregation.json, .npz, got .gltf (see"),
+    (["a.ply", "-o", "new.gltf"], ".aggregation.json, .npz, got .gltf (see"),
+    (["a.ply", "-o", ""], "got none"),
+    (["a.ply", "-o", "x.npy", "--to", "npy"],
+     "--to has no effect: the endings of the output files"),
+    (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
+    (["a.ply", "--to", "npy", "--to", "npy"], "npy: the same output is given twice"),
+    (["a.ply", "--to", "npy,npy"], "npy: the same output is given twice"),
+    (["a.ply", "--to", "npy,tri"], "'--to': 'tri' is not one of 'ply', 'vtp',"),
+    (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
+    ([], "Missing argument"),
+])  # fmt: skip
 def test_what_can_be_read_in_two_ways_is_refused(run, folder, arguments, message):
     before = files_in(folder)
     status, out, err = run("segment", *arguments)
@@ -136,15 +133,12 @@ def test_files_of_all_inputs_go_to_a_folder(run, folder):
     assert read_labels("results/b.superfacets.npy").max() == 2
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("segment - <&-", "standard input is closed"),
-        ("segment {sheet} -o - --to txt >&-", "standard output is closed"),
-        ("segment {sheet} -o - --to txt >/dev/full", "standard output: No space left on device"),
-        ("info {sheet} >/dev/full", "standard output: No space left on device"),
-    ],
-)
+@pytest.mark.parametrize(("line", "message"), [
+    ("segment - <&-", "standard input is closed"),
+    ("segment {sheet} -o - --to txt >&-", "standard output is closed"),
+    ("segment {sheet} -o - --to txt >/dev/full", "standard output: No space left on device"),
+    ("info {sheet} >/dev/full", "standard output: No space left on device"),
+])  # fmt: skip
 def test_streams_that_cannot_be_used_are_one_line(sheet, line, message):
     if "/dev/full" in line and not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full here")

@@ -49,7 +49,8 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     own = MeshAttributes(face={"part": [1, 2], "size": [0.5, 2]}, vertex={"n": range(4)})
     write_mesh(fold / "own.ply", FOLD, attributes=own)
     assert run("regions", fold / "own.ply")[2].endswith("or --labels-named with one of part\n")
-    assert "; superfacets view shows levels" in run("regions", fold / "fold.ply", "a.npz")[2]
+    advice = ": superfacets levels -o OUT.npy writes a file per level, and view shows .npz"
+    assert advice in run("regions", fold / "fold.ply", "a.npz")[2]
 
 
 def test_labels_of_the_input_do_not_fit_a_file_sorted_by_region(run, fold):

@@ -206,6 +206,8 @@ def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn
     write_labels(tmp_path / "l.npy", labels)
     expected = [[255, 85, 85], [255, 170, 170]]
     chosen = ("-o", tmp_path / "a.png", "--labels", tmp_path / "l.npy")
+    by_color = ("-o", tmp_path / "a.png", "--color-by", "color")  # then no regions are expected
+    assert run("render", colored, *by_color)[::2] == (0, "")
     for args in ((colored, "-o", tmp_path / "a.png"), (colored, *chosen, "--color-by", "color")):
         assert run("render", *args)[0] == 0
         assert (drawn[-1][2]["colors"].tolist(), drawn[-1][2]["color_by"]) == (expected, None)

@@ -206,25 +206,22 @@ def test_cells_without_a_label_are_gray():
     assert np.array_equal(gray, labels == -1)
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "message"),
-    [
-        ({"labels": [0, 1]}, ValueError,
-         r"labels must have one value per cell \(128\), got 2 values"),
-        ({"labels": np.full(128, 0.5)}, TypeError, "integers"),
-        ({"labels": np.full(128, 2**40)}, ValueError,
-         r"labels\[0\] must be -1 to 2147483647, got 1099511627776"),
-        ({"location": "points"}, ValueError,
-         r"labels must have one value per cell \(81\), got 128 values"),
-        ({"location": "edges"}, ValueError, "location must be"),
-        ({"name": ""}, TypeError, "name must be a non-empty string"),
-        ({"name": 3}, TypeError, "name must be a non-empty string"),
-        ({"colors": np.zeros((5, 3), np.uint8)}, ValueError, "colors must have shape"),
-        ({"colors": np.zeros((128, 3))}, TypeError, "colors must be uint8"),
-        ({"labels": np.zeros(81, int), "location": "points", "colors": True}, ValueError,
-         "colors of vertices"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "error", "message"), [
+    ({"labels": [0, 1]}, ValueError,
+     r"labels must have one value per cell \(128\), got 2 values"),
+    ({"labels": np.full(128, 0.5)}, TypeError, "integers"),
+    ({"labels": np.full(128, 2**40)}, ValueError,
+     r"labels\[0\] must be -1 to 2147483647, got 1099511627776"),
+    ({"location": "points"}, ValueError,
+     r"labels must have one value per cell \(81\), got 128 values"),
+    ({"location": "edges"}, ValueError, "location must be"),
+    ({"name": ""}, TypeError, "name must be a non-empty string"),
+    ({"name": 3}, TypeError, "name must be a non-empty string"),
+    ({"colors": np.zeros((5, 3), np.uint8)}, ValueError, "colors must have shape"),
+    ({"colors": np.zeros((128, 3))}, TypeError, "colors must be uint8"),
+    ({"labels": np.zeros(81, int), "location": "points", "colors": True}, ValueError,
+     "colors of vertices"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused_before_anything_is_written(change, error, message):
     mesh = trimesh_sheet(pytest.importorskip("trimesh"))
     arguments = {"labels": LABELS.labels, **change}

@@ -323,7 +323,7 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
     assert attributes.vertex["normal"].shape == (4, 3)
     assert attributes.vertex["pair"][3].tolist() == [6.0, 7.0]
     attributes = pickle.loads(pickle.dumps(attributes))
-    with pytest.warns(UserWarning, match=r"\.laz does not store: vertex property label"):
+    with pytest.warns(UserWarning, match="in .laz, new values replace vertex property label"):
         write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)
     made = laspy.read(tmp_path / "out.laz")
     given = [*las.point_format.extra_dimensions][:-1]
@@ -645,7 +645,7 @@ def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
     *((np.zeros(shape), f"expected shape (N, n) with n from 3 to 12, got {shape}: if this is a"
        " height grid, convert it to a mesh first")
       for shape in [(301, 301), (40, 13), (9, 2), (4, 5, 3)]),
-    (np.zeros(3), "expected shape"),
+    (np.zeros(3, int), "an array of labels, use --barriers, or superfacets regions MESH LABELS"),
     (np.zeros((2, 3), complex), "expected an array of numbers"),
     (np.array([{}]), "expected an array of numbers"),
 ])  # fmt: skip

@@ -54,15 +54,12 @@ def test_polygons_keep_their_corners_and_their_order(read, color):
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
-    ("OFF\n", "OOF\n", "not an OFF file"),
-    ("OFF\n", "", "not an OFF file"),
-    ("OFF\n", "4OFF\n", "not an OFF file"),
-    ("OFF\n", "OFFICE\n", "not an OFF file"),
+    ("OFF\n", "OOF\n", "not an OFF file"), ("OFF\n", "", "not an OFF file"),
+    ("OFF\n", "4OFF\n", "not an OFF file"), ("OFF\n", "OFFICE\n", "not an OFF file"),
     ("OFF\n", "OFF BINARY\n", "binary OFF files are not supported"),
     ("4 2 0", "4 two 0", "expected the counts of vertices, faces and edges, got '4 two 0'"),
     ("4 2 0", "4", "expected the counts of vertices, faces and edges, got '4'"),
-    ("4 2 0", "4 -2 0", "expected the counts"),
-    ("4 2 0", "4 2 0 0", "expected the counts"),
+    ("4 2 0", "4 -2 0", "expected the counts"), ("4 2 0", "4 2 0 0", "expected the counts"),
     ("4 2 0", "4 3 0", "declares 4 vertices and 3 faces, but 20 numbers in 6 lines follow"),
     ("4 2 0", f"4 {'9' * 5000} 0", f"declares 4 vertices and {'9' * 30} faces, but 20 numbers"),
     ("4 2 0", "4000000000 1 0", "declares 4000000000 vertices and 1 face, but 20 numbers"),

@@ -354,12 +354,8 @@ def test_bounds_of_areas_hold_before_smoothing():
 
 def test_steps_are_checked():
     mesh = shapes.cube()
-    for wrong, error in (
-        (-1, ValueError),
-        (1001, ValueError),
-        ("much", ValueError),
-        (1.5, TypeError),
-    ):
+    wrongs = {-1: ValueError, 1001: ValueError, "much": ValueError, 1.5: TypeError}
+    for wrong, error in wrongs.items():
         with pytest.raises(error, match="denoise"):
             segment(mesh, 2, denoise=wrong)
     with pytest.raises(

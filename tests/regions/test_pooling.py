@@ -209,7 +209,8 @@ def test_a_segmentation_stands_for_its_labels():
 def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     mesh = shapes.strip(3)
     of_vertices = (
-        r"labels must have one value per cell \(3\), got 5 values\. For one label per vertex"
+        r"labels must have one value per cell \(3\), got 5 values\. For one label per vertex,"
+        r" convert the labels to faces with superfacets\.face_labels\(mesh, labels\)$"
     )
     cases = [
         (lambda: sf.pool([0] * 5, [1] * 3, mesh=mesh), of_vertices),

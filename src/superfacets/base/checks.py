@@ -59,8 +59,7 @@ def check_length(
         return
     hint = (
         ". For one label per vertex, convert the labels to faces with superfacets.face_labels(mesh,"
-        " labels); or use superfacets.metrics.evaluate_vertices instead of evaluate, and leave out"
-        " mesh in superfacets.pool"
+        " labels)"
     )
     raise error(
         f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"

@@ -33,7 +33,7 @@ class RenderError(RuntimeError):
 
 
 class IslandWarning(UserWarning):
-    """There are more or fewer regions than requested. The message gives the reason."""
+    """There are more or fewer regions than requested, or most are components without a seed."""
 
 
 class BalanceWarning(UserWarning):

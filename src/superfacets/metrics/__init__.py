@@ -18,13 +18,6 @@ from .overlap import (
 from .shape import compactness
 
 __all__ = [
-    "GroundTruths",
-    "Overlap",
-    "achievable_accuracy",
-    "achievable_iou",
-    "area_overlap",
-    "compactness",
-    "evaluate",
-    "evaluate_vertices",
-    "undersegmentation_error",
-]
+    "GroundTruths", "Overlap", "achievable_accuracy", "achievable_iou", "area_overlap",
+    "compactness", "evaluate", "evaluate_vertices", "undersegmentation_error",
+]  # fmt: skip

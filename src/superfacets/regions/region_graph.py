@@ -14,9 +14,11 @@ from ..base.checks import checked_choice, checked_region_centers, checked_region
 from ..base.errors import import_extra
 from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import CellGraph
+from ..graph.constraints import edge_keys, edges_of_keys
 from ..graph.kinds import as_known, as_surface, fit_vertices
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike
+from ..mesh.faces import vertex_graph
 from .vertices import superpoint_cells
 
 _ROUNDING = 1e-14
@@ -381,7 +383,7 @@ def region_graph(
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region. If
         there is one label per vertex (superpoints), (V,), instead of one per cell, region i
         consists of the cells to which `face_labels` gives label i. A superpoint without cells takes
-        a cell that it touches, or else has area 0, no neighbors, and the mean of its vertices.
+        a cell that it touches, or else has area 0, and the mean of its vertices.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
@@ -405,7 +407,8 @@ def region_graph(
     Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
     is part of the perimeter, but not of ``edge_index``; points in no region are left out. An edge
     of three or more faces counts once for each pair of regions at the edge, with the mean of the
-    angles between their faces. Superpoints that only one edge of the mesh connects may be no pair.
+    angles between their faces. Superpoints are neighbors if an edge of the mesh connects them; if
+    their cells have no common border, the length of the border is 0, and its angles are NaN.
 
     Examples
     --------
@@ -440,6 +443,15 @@ def superpoint_graph(cells: Any, superpoints: npt.ArrayLike, **options: Any) -> 
         counts = np.bincount(own + np.int32(1), minlength=graph.n_regions + 1)[1:]
         centers = np.where(graph.centers < cells.n_cells, graph.centers, np.int32(-1))
         freeze(graph, labels=own, cell_counts=counts, centers=centers)
+    edges = vertex_graph(cells, np.arange(len(array), dtype=np.int32), 1)
+    ends = np.stack([np.repeat(array, np.diff(edges.offsets)), array[edges.neighbors]])
+    pairs = np.append(graph.edge_index, ends[:, (ends[0] >= 0) & (ends[0] < ends[1])], axis=1)
+    keys, places = np.unique(edge_keys(pairs.T), return_index=True)
+    places = np.minimum(places, graph.n_arcs)  # index of the value of pairs without a border
+    angles = ("mean_angles", "max_angles", "concavities")
+    values = {"border_lengths": 0, "edge_counts": 0} | dict.fromkeys(angles, np.nan)
+    arcs = {name: np.append(getattr(graph, name), values[name])[places] for name in values}
+    freeze(graph, edge_index=np.ascontiguousarray(edges_of_keys(keys).T), **arcs)
     return graph
 
 
@@ -457,25 +469,17 @@ def region_graph_of(
     normals, normal_lengths = _normals_of(normal_sums, measures, surface)
     variances, axes = _principal_axes(squares, products)
     arrays: dict[str, Array] = {
-        "labels": labels,
-        "measures": measures,
-        "centroids": centroids,
-        "normals": normals,
+        "labels": labels, "measures": measures, "centroids": centroids, "normals": normals,
         "normal_lengths": normal_lengths,
         "plane_normals": _plane_normals(variances, axes[:, 2], normals),
-        "deviations": np.sqrt(variances),
-        "bounds": np.stack([lows, highs], axis=1),
+        "deviations": np.sqrt(variances), "bounds": np.stack([lows, highs], axis=1),
         "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
         "open_lengths": open_lengths,
         "cell_counts": np.bincount(labels + np.int32(1), minlength=n_regions + 1)[1:],
-        "centers": nearest if centers is None else centers,
-        "edge_index": np.stack([low, high]),
-        "border_lengths": border_lengths,
-        "mean_angles": mean_angles,
-        "max_angles": max_angles,
-        "concavities": concavities,
-        "edge_counts": edge_counts,
-    }
+        "centers": nearest if centers is None else centers, "edge_index": np.stack([low, high]),
+        "border_lengths": border_lengths, "mean_angles": mean_angles, "max_angles": max_angles,
+        "concavities": concavities, "edge_counts": edge_counts,
+    }  # fmt: skip
     graph = RegionGraph(**arrays, dimension=surface.dimension)
     freeze(graph, **arrays)
     return graph

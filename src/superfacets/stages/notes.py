@@ -69,28 +69,31 @@ def _tolerance_of_cracks(cells: Cells) -> float | None:
 
 def warn_of_islands(result: Segmentation, cells: Cells) -> None:
     """Issue an IslandWarning if components or a lower bound changed the number of regions."""
-    params = result.params
-    asked = params["n_segments"]  # None if `segment` was called with a radius
-    if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
+    params, n_own, has_barriers = result.params, result.n_unreached, "barriers" in result.params
+    asked, is_kept = params["n_segments"], params["islands"] == "keep"
+    if params["init"] == "given" or params["radius_factor"] is not None:
         return
-    n_more, has_barriers = result.n_segments - asked, "barriers" in params
+    expected = result.n_segments - n_own if asked is None else asked
+    if asked is None and (has_barriers or not is_kept or n_own <= expected):
+        return  # a radius sets no number, so it is a surprise only if most regions are islands
     if (fewer := fewer_note(result)) is not None:
         warnings.warn(fewer, IslandWarning, stacklevel=6)
         return
-    if params["islands"] == "keep" and result.n_unreached:
-        if has_barriers and asked == 1:  # users request this to get one region per component
+    if is_kept and n_own and has_barriers:
+        if asked == 1:  # users request this to get one region per component
             return
+        note = "barriers divide the cells into components, each of which has at least one region"
+    elif is_kept and n_own:
         advice = "to join them to the nearest region as separate pieces, use islands='nearest'"
-        note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
-        if result.n_unreached > asked and (tolerance := _tolerance_of_cracks(cells)):
+        note = f"{counted(n_own, 'component')} got no seed; {advice}"
+        if n_own > expected and (tolerance := _tolerance_of_cracks(cells)):
             note += f"; to join vertices that almost coincide, prepare(mesh, weld={tolerance:.2g})"
-        if has_barriers:
-            note = (
-                "barriers divide the cells into components, each of which has at least one region"
-            )
-    elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
-        note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
+    elif not is_kept and result.n_segments > expected and params["init"] not in ("flood", "grid"):
+        n_more = counted(result.n_segments - expected, "part")
+        note = f"{n_more} between barriers got no seed and cannot join a region"
     else:
         return
-    message = f"{counted(result.n_segments, 'region')} instead of {asked}: {note}"
-    warnings.warn(message, IslandWarning, stacklevel=6)
+    instead = "" if asked is None else f" instead of {asked}"
+    warnings.warn(
+        f"{counted(result.n_segments, 'region')}{instead}: {note}", IslandWarning, stacklevel=6
+    )

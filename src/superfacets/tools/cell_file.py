@@ -101,7 +101,8 @@ class CellFile:
         or if the label file also contains cells, but other cells or in another order.
         """
         if path.suffix.lower() == ".npz":
-            raise MeshError(f"{path}: .npz is no format of labels; superfacets view shows levels")
+            advice = "superfacets levels -o OUT.npy writes a file per level, and view shows .npz"
+            raise MeshError(f"{path}: .npz is no format of labels: {advice}")
         ending = known_ending(path, FORMATS.labels)
         labeled = CellFile(str(path), read_content(path), ending, path.parent)
         n_vertices = getattr(cells, "n_vertices", None)

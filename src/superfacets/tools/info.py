@@ -47,8 +47,8 @@ class MeshInfo:
     """Number of edges whose two faces traverse the edge in the same direction."""
     n_degenerate_faces: int
     """Number of faces whose normal is undefined, such as faces with all corners on a line."""
-    is_inside_out: bool
-    """Whether the mesh is closed and its normals point inwards."""
+    is_inside_out: bool | None
+    """Whether the normals of a closed mesh point inwards; None if the mesh is open."""
     faces_down: bool
     """Whether the mesh looks like terrain that faces down if z is up: it is open, at most half as
     high as wide, and the z component of its mean normal is below -1/2."""
@@ -149,22 +149,18 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
     graph = find_point_graph(points, threads)
     low, high = points.bounds.tolist()
     return CloudInfo(
-        n_points=points.n_points,
-        n_positions=count_positions(points.points),
+        n_points=points.n_points, n_positions=count_positions(points.points),
         n_components=count_components(graph),
         n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
-        has_normals=points.normals is not None,
-        knows_turns=graph.tells_concave,
-        has_axes=points.axes is not None,
-        has_viewpoints=points.viewpoints is not None,
+        has_normals=points.normals is not None, knows_turns=graph.tells_concave,
+        has_axes=points.axes is not None, has_viewpoints=points.viewpoints is not None,
         has_colors=points.colors is not None and bool(points.colors.any()),
         are_colors_zero=points.colors is not None and not points.colors.any(),
         colors_differ=points.colors is not None and bool(np.any(points.colors != points.colors[0])),
         spacing=float(np.sqrt(np.median(graph.measures))),
-        area=_core.sum_of(graph.measures, threads),
-        bounds=(tuple(low), tuple(high)),
+        area=_core.sum_of(graph.measures, threads), bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
-    )
+    )  # fmt: skip
 
 
 def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
@@ -176,22 +172,15 @@ def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
     area = _core.sum_of(graph.measures, n_threads)
     radius = radius_of(graph.measures, checked_n_segments(None, graph.n_cells), n_threads)
     return MeshInfo(
-        n_faces=mesh.n_faces,
-        n_vertices=mesh.n_vertices,
-        n_positions=count_positions(mesh.vertices),
-        n_components=count_components(graph),
-        n_edges=edges,
-        n_boundary_edges=boundary,
-        n_nonmanifold_edges=non_manifold,
-        n_inconsistent_edges=inconsistent,
-        n_degenerate_faces=count_degenerate(mesh, n_threads),
-        is_inside_out=handle.is_inside_out,
-        faces_down=_faces_down(mesh, graph, area),
-        area=area,
-        bounds=(tuple(low), tuple(high)),
+        n_faces=mesh.n_faces, n_vertices=mesh.n_vertices,
+        n_positions=count_positions(mesh.vertices), n_components=count_components(graph),
+        n_edges=edges, n_boundary_edges=boundary, n_nonmanifold_edges=non_manifold,
+        n_inconsistent_edges=inconsistent, n_degenerate_faces=count_degenerate(mesh, n_threads),
+        is_inside_out=None if boundary else handle.is_inside_out,
+        faces_down=_faces_down(mesh, graph, area), area=area, bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
         sliver_share=sliver_share(mesh, graph.measures, longest, radius, n_threads),
-    )
+    )  # fmt: skip
 
 
 def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:

@@ -163,14 +163,9 @@ class FileOptions:
         }
 
     def segment(
-        self,
-        load: Load,
-        *,
-        holds_attributes: bool,
-        timings: dict[str, float],
-        barrier_angle: float | None = None,
-        callback: Callback | None = None,
-    ) -> Outcome:
+        self, load: Load, *, holds_attributes: bool, timings: dict[str, float],
+        barrier_angle: float | None = None, callback: Callback | None = None,
+    ) -> Outcome:  # fmt: skip
         """Read, subdivide and segment one file, without writing results.
 
         `holds_attributes` says whether an output file can store attributes. The times of the stages
@@ -224,8 +219,8 @@ class FileOptions:
 
     def segment_to_files(
         self, source: str, files: Sequence[Path], on_content: Callable[[Content | None], None]
-    ) -> tuple[Segmentation, dict[str, float]]:
-        """Segment one file, write the results to `files`, and return the result and the times.
+    ) -> tuple[Segmentation, dict[str, float], dict[str, str]]:
+        """Segment one file, write the results, and return the result, the times, and notes by kind.
 
         Missing folders are created. `on_content` is called with the content of the file, or with
         None if it cannot be read.
@@ -256,8 +251,14 @@ class FileOptions:
         holds = not outputs.endings.isdisjoint(FORMATS.attribute_outputs)
         outcome = self.segment(load, holds_attributes=holds, timings=timings)
         with timed(timings, "export"):
-            outcome.write(outputs)
-        return outcome.result, {**outcome.result.timings, **timings}
+            written = outcome.write(outputs)
+        notes = {type(one).__name__: str(one) for one in outcome.warnings}
+        least = OutputFiles.MIN_VERTICES
+        if n_small := int(np.count_nonzero(written.region_sizes < least)):
+            notes["small regions"] = f"{n_small} with fewer than {least} vertices"
+        if lost := written.notes():
+            notes["changed data"] = "; ".join(lost)
+        return outcome.result, {**outcome.result.timings, **timings}, notes
 
 
 def _check_keywords(keywords: Mapping[str, Any], is_paper: bool) -> None:

@@ -72,9 +72,12 @@ def read_npy_cloud(source: Input) -> Read:
     if array.dtype.kind not in "fiu":
         raise MeshError(f"expected an array of numbers, got {array.dtype}")
     if array.ndim != 2 or not 3 <= array.shape[1] <= _MAX_COLUMNS:
+        advice = "a height grid, convert it to a mesh first (see Terrain in the documentation)"
+        if array.ndim == 1 and array.dtype.kind in "iu":
+            advice = "an array of labels, use --barriers, or superfacets regions MESH LABELS"
         raise MeshError(
             f"expected shape (N, n) with n from 3 to {_MAX_COLUMNS}, got {array.shape}: if this is"
-            " a height grid, convert it to a mesh first (see Terrain in the documentation)"
+            f" {advice}"
         )
     return _cloud_of_table(source, as_doubles(array), None)
 

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
+REPLACED = "new values replace"
+"""Begin of the items in `Output.lost` that name properties that the file has, with new values."""
+
 _ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
 """Endings of formats that store properties of any name and integers of 64 bits, unlike PLY."""
 
@@ -48,13 +51,9 @@ class FormatOptions:
 
     @classmethod
     def checked(
-        cls,
-        endings: Sequence[str],
-        *,
-        classes: Sequence[str] | Sequence[int] | None = None,
-        scores: npt.ArrayLike | None = None,
-        **others: Any,
-    ) -> FormatOptions:
+        cls, endings: Sequence[str], *, classes: Sequence[str] | Sequence[int] | None = None,
+        scores: npt.ArrayLike | None = None, **others: Any,
+    ) -> FormatOptions:  # fmt: skip
         """Return options; raise an error if one is invalid, or has no effect on any ending.
 
         A MissingExtraError is raised if the package that writes one of the endings is missing.
@@ -130,17 +129,17 @@ class Output:
         values are None.
         """
         own, stored = own or {}, self._stored(owner)
-        same = {name for name in own.keys() & stored.keys() if _are_equal(own[name], stored[name])}
-        self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
-        self.replace(owner, [name for name in own if own[name] is not None and name not in same])
+        self.taken.update(f"{owner} property {name}" for name in stored.keys() - own)
+        self.replace(owner, own)
         return {name: values for name, values in stored.items() if name not in own}
 
-    def replace(self, owner: str, names: Sequence[str]) -> None:
-        """Report that other values replace these properties, as far as the attributes have them."""
-        replaced = [name for name in self._stored(owner) if name in names]
-        self.taken.update(f"{owner} property {name}" for name in replaced)
-        if replaced:
-            self.changed.append(f"{_listed(owner, replaced)} (replaced by new values)")
+    def replace(self, owner: str, own: Mapping[str, Any]) -> None:
+        """Report that values replace properties of the attributes, unless equal or None."""
+        stored = self._stored(owner)
+        names = [name for name in stored if own.get(name) is not None]
+        self.taken.update(f"{owner} property {name}" for name in names)
+        if replaced := [name for name in names if not _are_equal(own[name], stored[name])]:
+            self.changed.append(f"{REPLACED} {_listed(owner, replaced)}")
 
     def stored_colors(self, owner: str) -> Bytes | None:
         """Return the colors of the attributes, (n, 3), if all are bytes; mark them as stored."""
@@ -196,6 +195,7 @@ class Output:
         labels, the input defines the parts. The result is None if there are no parts.
         """
         given = self._given_parts
+        self.replace("face", {"label": self.labels})
         if self.labels is None:
             return given
         values, ranks = np.unique(self.labels, return_inverse=True)
@@ -241,7 +241,7 @@ def _are_equal(own: Any, stored: Array) -> bool:
     # One value stands for all rows.
     values = np.broadcast_to(own, stored.shape) if np.ndim(own) == 0 else np.asarray(own)
     is_real = stored.dtype.kind == "f"
-    return own is not None and np.array_equal(values, stored, equal_nan=is_real)
+    return np.array_equal(values, stored, equal_nan=is_real)
 
 
 @dataclass(frozen=True)

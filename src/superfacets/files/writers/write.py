@@ -24,24 +24,17 @@ from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..formats import FORMATS
 from ..guards import known_ending
 from ..readers.labels import checked_labels
-from .cells import CellWriter, FormatOptions
+from .cells import REPLACED, CellWriter, FormatOptions
 from .ids import LEVELS, SEGMENTS, IdWriter
 
 
 def write_mesh(
-    path: StrPath,
-    mesh: Any,
-    labels: npt.ArrayLike | None = None,
-    *,
-    colors: npt.ArrayLike | None = None,
-    attributes: MeshAttributes | None = None,
-    ascii: bool = False,
-    label_name: str = "label",
-    vertex_labels: bool = False,
-    classes: Sequence[str] | Sequence[int] | None = None,
-    scores: npt.ArrayLike | None = None,
+    path: StrPath, mesh: Any, labels: npt.ArrayLike | None = None, *,
+    colors: npt.ArrayLike | None = None, attributes: MeshAttributes | None = None,
+    ascii: bool = False, label_name: str = "label", vertex_labels: bool = False,
+    classes: Sequence[str] | Sequence[int] | None = None, scores: npt.ArrayLike | None = None,
     force: bool = False,
-) -> None:
+) -> None:  # fmt: skip
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
     A warning names attributes that a format does not store. The user guide (Export) has details.
@@ -125,8 +118,8 @@ def write_mesh(
     )  # fmt: skip
     files = OutputFiles([path], options)
     written = files.write(mesh, labels, colors=colors, attributes=attributes)
-    if lost := written.lost[ending]:
-        warnings.warn(f"{ending} does not store: {'; '.join(lost)}", stacklevel=2)
+    for note in written.notes():
+        warnings.warn(note, stacklevel=2)
 
 
 def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
@@ -201,6 +194,16 @@ class Written(NamedTuple):
     """If ids of vertices were computed, the number of vertices of each region, in ascending order
     of the labels; otherwise an empty array."""
 
+    def notes(self, begin: str = "") -> list[str]:
+        """Return messages on data that is lost, which start with `begin`, or that is replaced."""
+        found = []
+        for ending, lost in self.lost.items():
+            new = [item for item in lost if item.startswith(REPLACED)]
+            gone = [item for item in lost if item not in new]
+            found += [f"{begin}{ending} does not store: {'; '.join(gone)}"] * bool(gone)
+            found += [f"in {ending}, {'; '.join(new)}"] * bool(new)
+        return found
+
 
 @dataclass(frozen=True)
 class OutputFiles:
@@ -258,18 +261,12 @@ class OutputFiles:
         return writer.write(file, ending, path)
 
     def write(
-        self,
-        mesh: Any,
-        labels: npt.ArrayLike | None,
-        *,
-        colors: npt.ArrayLike | None = None,
-        attributes: MeshAttributes | None = None,
-        listed: npt.ArrayLike | None = None,
-        listed_mesh: Any = None,
-        of_vertices: Ints | None = None,
+        self, mesh: Any, labels: npt.ArrayLike | None, *, colors: npt.ArrayLike | None = None,
+        attributes: MeshAttributes | None = None, listed: npt.ArrayLike | None = None,
+        listed_mesh: Any = None, of_vertices: Ints | None = None,
         segments: tuple[Ints, Ints, Path] | None = None,
         constraints: Mapping[str, Any] | None = None,
-    ) -> Written:
+    ) -> Written:  # fmt: skip
         """Write all files and streams.
 
         Files with one label per cell get one label per record of the input
