@@ -109,7 +109,7 @@ Flat averaged(std::span<const Bend> bends, std::span<const Cell> neighbors, Cell
 }  // namespace
 
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
-                 std::span<const Cell> order, bool wants_convex, ThreadTeam& team) {
+                 std::span<const Cell> order, ThreadTeam& team) {
   SUPERFACETS_ASSERT(positions.size() == normals.size() && order.size() == normals.size());
   constexpr Bend kFlat{0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
   const auto n_points = static_cast<std::int64_t>(positions.size());
@@ -125,16 +125,16 @@ Bends find_bends(std::span<const Point> positions, std::span<const Point> normal
     const Tangents t(normals[point]);
     fitted[point] = fit(positions, normals, arcs.neighbors(point), point, t).in_space(t);
   });
-  Bends bends{Buffer<Bend>(n_points), Buffer<Bend>(wants_convex ? n_points : 0)};
+  Bends bends{Buffer<Bend>(n_points), Buffer<Bend>(n_points)};
   for_each_bend([&](Cell point, bool has_normal) {
     bends.concave[point] = kFlat;
-    if (wants_convex) bends.convex[point] = kFlat;
+    bends.convex[point] = kFlat;
     if (!has_normal) return;
     const Tangents t(normals[point]);
     const Flat all = averaged(fitted.span(), arcs.neighbors(point), point, t);
     bends.concave[point] = all.positive_part().in_space(t);
     const Flat negated{-all.uu, -all.uv, -all.vv};
-    if (wants_convex) bends.convex[point] = negated.positive_part().in_space(t);
+    bends.convex[point] = negated.positive_part().in_space(t);
   });
   return bends;
 }

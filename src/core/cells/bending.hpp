@@ -10,12 +10,6 @@ namespace superfacets {
 // Shape operator: a symmetric matrix that maps a tangent step to the change of the normal.
 struct Bend {
   float xx, xy, xz, yy, yz, zz;
-
-  // Angle in radians by which the normal rotates along a small step.
-  double turn(const Point& step) const {
-    return norm({xx * step.x + xy * step.y + xz * step.z, xy * step.x + yy * step.y + yz * step.z,
-                 xz * step.x + yz * step.y + zz * step.z});
-  }
 };
 
 struct Bends {
@@ -29,9 +23,8 @@ struct Bends {
 // neighbors, and splits it into a concave and a convex part. The operator is zero at a point
 // without a normal. Unlike the angle between two normals, a shape operator has a sign for each
 // direction: on a saddle, a step along the ridge is convex although the normal also rotates a
-// little sideways. If `wants_convex` is false, the convex part is left empty. Points are visited in
-// `order`, which should be a spatial order for speed.
+// little sideways. Points are visited in `order`, which should be a spatial order for speed.
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
-                 std::span<const Cell> order, bool wants_convex, ThreadTeam& team);
+                 std::span<const Cell> order, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -1,7 +1,9 @@
 // Sharp convex edges of a cloud.
 #pragma once
 
-#include "cells/bending.hpp"
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "cells/arcs.hpp"
 
 namespace superfacets {
 
@@ -17,7 +19,7 @@ namespace superfacets {
 // A mark depends on the points up to 10 arcs away and on their shape operators.
 Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
                                        std::span<const Point> normals, const Arcs& arcs,
-                                       std::span<const Cell> order, const Bends& bends,
-                                       double radius, ThreadTeam& team);
+                                       std::span<const Cell> order, double radius,
+                                       ThreadTeam& team);
 
 }  // namespace superfacets
