@@ -55,11 +55,9 @@ def benchmark_paths(data_dir: Path) -> list[Path]:
 
 # Options for software rendering, which works without a graphics card.
 _BROWSER_OPTIONS = [
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--no-sandbox",
+    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",
     "--disable-gpu-compositing",
-]
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")  # other modules run loops of events of their own

@@ -174,11 +174,9 @@ def test_features_polygons_points_and_tets():
 
 
 @given(
-    seed=st.integers(0, 10**6),
-    k=st.integers(2, 20),
-    low=st.floats(0.2, 0.9),
+    seed=st.integers(0, 10**6), k=st.integers(2, 20), low=st.floats(0.2, 0.9),
     high=st.floats(1.1, 2),
-)
+)  # fmt: skip
 @settings(max_examples=25, deadline=None)
 def test_bounds_hold(seed, k, low, high):
     """Bounds are kept, or an error says that they could not be, as in one of about 400 runs."""

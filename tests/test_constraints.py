@@ -133,10 +133,9 @@ def test_a_mask_of_all_and_barriers_of_none_change_nothing(name):
     expected = run(cells, 15)
     n = len(expected.labels)
     for options in (
-        {"mask": np.ones(n, bool)},
-        {"barriers": np.zeros(n, int)},
+        {"mask": np.ones(n, bool)}, {"barriers": np.zeros(n, int)},
         {"mask": np.ones(n, bool), "barriers": np.full(n, 7)},
-    ):
+    ):  # fmt: skip
         result = run(cells, 15, **options)
         assert np.array_equal(result.labels, expected.labels)
         assert np.array_equal(result.centers, expected.centers)

@@ -31,15 +31,13 @@ def plane(*normal):
 
 
 GRIDS = {
-    "equal diagonals": lambda: shapes.flat(100),
-    "alternating diagonals": alternating_diagonals,
+    "equal diagonals": lambda: shapes.flat(100), "alternating diagonals": alternating_diagonals,
     "quads": lambda: shapes.squares(100),
-}
+}  # fmt: skip
 CUTS = {
-    "level plane": lambda: plane(0, 0, 1),
-    "oblique plane": lambda: plane(1, 0.5, 1),
+    "level plane": lambda: plane(0, 0, 1), "oblique plane": lambda: plane(1, 0.5, 1),
     "steep plane": lambda: plane(0, 0.577, 1),
-}
+}  # fmt: skip
 
 
 def icosphere(n_times=5):

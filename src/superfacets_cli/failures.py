@@ -89,12 +89,11 @@ def print_notes(messages: Iterable[str]) -> None:
 CLEAR = "\033[G\033[K"  # clears the line of a terminal; click writes it to no other stream
 
 _OPTIONS = {
-    r"Sizes\((\w+)=[^)]*\)+": r"--\1",
-    r"islands='nearest'": "--islands nearest",
+    r"Sizes\((\w+)=[^)]*\)+": r"--\1", r"islands='nearest'": "--islands nearest",
     "denoise needs a .*, got points: .*": "point clouds: leave out --scans and --denoise",
     r"prepare\(mesh, weld=([^)]*)\)": r"--weld \1",
     r"subdivide first, mesh = \S+subdivide\(.*\)\.mesh": "try --subdivide",
-}
+}  # fmt: skip
 """Options of the command, keyed by patterns in messages of the library."""
 
 

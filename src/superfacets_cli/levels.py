@@ -13,9 +13,9 @@ from superfacets import SCANS, Hierarchy, IslandWarning, SliverWarning, hierarch
 from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles, Written
 from superfacets_scans import write_sstk
 
+from . import inputs as read
 from . import options as opts
 from .failures import print_notes
-from .inputs import constraint_options, constraints_of, labels_for, likely_labels, read_input
 from .interrupts import run_in_background
 from .options import COUNT, option, options
 from .outputs import one_job, output_option
@@ -45,7 +45,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            " properties in IN, or files such as lh.sulc, separated by commas.", multiple=True),
     scans_option,
     denoise_option,
-    constraint_options,
+    read.constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
     opts.threads_option,
@@ -64,8 +64,8 @@ def levels_command(
     """
     counts = tuple(sorted({*counts}))
     has_mask = given["mask"] is not None or given["mask_values"] is not None
-    chosen = {**(SCANS if given["scans"] else {})}
-    chosen |= {} if given["denoise"] is None else {"denoise": given["denoise"]}
+    denoise = {} if given["denoise"] is None else {"denoise": given["denoise"]}
+    chosen = {**(SCANS if given["scans"] else {}), **denoise}
     if labels is not None and (has_mask or chosen):
         raise click.UsageError("give LABELS or a mask, --scans or --denoise, not both")
     paths = [path for text in given["outputs"] for path in _paths_of_levels(Path(text), counts)]
@@ -74,13 +74,14 @@ def levels_command(
     job = one_job(input, given, also_read)
 
     def compute() -> tuple[Cells, Any, Hierarchy, dict[str, Any]]:
-        source, keep = read_input(input, given["format"]), job.keeps_attributes or bool(features)
-        cells, attributes = source.cells_and_attributes(keep=keep)
-        regions = None
+        source = read.read_input(input, given["format"])
+        cells, attributes = source.cells_and_attributes(keep=job.keeps_attributes or bool(features))
+        regions, of_vertices = None, None
         if labels is not None:  # label numbers in a file may have gaps
-            regions = kit.ranked_labels(labels_for(source, cells, labels, given["labels_named"]))[0]
-        constraints = constraints_of(given, source, cells)
-        likely = likely_labels(constraints) if regions is None else regions
+            found = read.ranked_labels_beside(source, labels, cells, given["labels_named"])
+            regions, of_vertices = found[0], None if found[2] is found[0] else found[2]
+        constraints = read.constraints_of(given, source, cells)
+        likely = read.likely_labels(constraints) if regions is None else regions
         OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
         data, mask = CellData(cells, attributes), constraints.get("mask")
         table: Any = data.features(features, kit.checked_threads(n_threads), mask)
@@ -91,15 +92,15 @@ def levels_command(
                 cells, counts, labels=regions, features=table, islands=islands,
                 n_threads=n_threads, **constraints, **chosen,
             )  # fmt: skip
-        return cells, attributes if job.keeps_attributes else None, nested, constraints
+        kept = attributes if job.keeps_attributes else None
+        return cells, kept, nested, {"constraints": constraints, "of_vertices": of_vertices}
 
-    cells, attributes, nested, constraints = run_in_background(compute)
-    written = _write(paths, cells, attributes, nested, constraints)
+    cells, attributes, nested, others = run_in_background(compute)
+    written = _write(paths, cells, attributes, nested, **others)
     print_notes(notes_on_written(None, attributes, job.endings, written))
     facts = {"levels": [*nested.counts], "n_finest": nested.n_finest, "n_fewest": nested.n_fewest}
-    listed, noun = ", ".join(map(str, nested.counts)), kit.kind_of(cells).noun
-    size = kit.counted(cells.n_cells, noun)
-    job.report(facts, f"{size}, levels of {listed} regions", noun)
+    noun, listed = kit.kind_of(cells).noun, ", ".join(map(str, nested.counts))
+    job.report(facts, f"{kit.counted(cells.n_cells, noun)}, levels of {listed} regions", noun)
 
 
 def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
@@ -115,11 +116,13 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
 
 
 def _write(
-    paths: list[Path], cells: Cells, attributes: Any, nested: Hierarchy, constraints: Any
-) -> Written:
+    paths: list[Path], cells: Cells, attributes: Any, nested: Hierarchy, constraints: Any,
+    of_vertices: Any,  # given labels of vertices, whose faces have the labels `nested.finest`
+) -> Written:  # fmt: skip
     """Write all outputs, or none of them if one fails; an .npz file also gets the merge tree."""
     lost: dict[str, list[str]] = {}
     levels = iter(nested.levels * len(paths))  # one after the other, for each output
+    finest = nested.levels[0] if of_vertices is None else nested.finest
     with kit.atomic_outputs(paths) as temporaries:
         for path, temporary in zip(paths, temporaries, strict=True):
             ending = kit.known_ending(path, FORMATS.outputs)
@@ -134,6 +137,6 @@ def _write(
                 elif ending in ALL_LEVELS:
                     write_sstk(file, nested.levels)
                 else:
-                    write = OutputFiles([path]).write_one
-                    lost[ending] = write(file, path, cells, next(levels), attributes, constraints)
+                    given = (next(levels), attributes, constraints, finest, of_vertices)
+                    lost[ending] = OutputFiles([path]).write_one(file, path, cells, *given)
     return Written(lost, np.zeros(0, np.int64))

@@ -146,9 +146,8 @@ def transfer_command(
         file = read_input(str(target), given["target_format"])
         goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         job.outputs.check_fit(goal)
-        carried = transfer(
-            cells, known.labels, goal, max_distance=max_distance, n_threads=given["n_threads"]
-        )
+        limits: Any = {"max_distance": max_distance, "n_threads": given["n_threads"]}
+        carried = transfer(cells, known.labels, goal, **limits)
         return goal, attributes, carried, known.names
 
     goal, attributes, carried, names = run_in_background(compute)

@@ -23,9 +23,8 @@ from .options import option, options
 from .progress import Progress
 from .report import notes_on_written
 
-TEXT_OUTPUTS = frozenset(
-    (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
-)
+TEXT_OUTPUTS = frozenset((".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json",
+                          ".aggregation.json"))  # fmt: skip
 
 
 def output_option(help: str, *, required: bool = False) -> opts.Decorator:

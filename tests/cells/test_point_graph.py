@@ -182,14 +182,13 @@ X = sphere(3000)[:, 0]
 
 # Arguments of `segment` with one value per point, each used at least once.
 GIVEN = [
-    {"n_segments": 40},
-    {"n_segments": 40, "weights": "superfacets"},
+    {"n_segments": 40}, {"n_segments": 40, "weights": "superfacets"},
     {"n_segments": 40, "features": sf.Features(X, weight=50.0)},
     {"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
     {"n_segments": 40, "barriers": np.sign(X).astype(int), "islands": "nearest"},
     {"init": (8 * X).astype(int) + 7},
     {"init": (8 * X).astype(int) + 7, "mask": X < 0.4, "barriers": (3 * X).astype(int)},
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("options", GIVEN, ids="-".join)

@@ -94,11 +94,10 @@ def test_a_center_alone_in_its_component_stays():
     offsets = np.concatenate([line.offsets, line.offsets[-1] + [1, 2]])
     graph = sf.CellGraph(
         np.concatenate([line.positions, [[50, 0, 0], [51, 0, 0]]]),
-        np.concatenate([line.measures, [1, 1]]),
-        offsets,
+        np.concatenate([line.measures, [1, 1]]), offsets,
         np.concatenate([line.neighbors, [22, 21]]).astype(np.int32),
         np.concatenate([line.weights, [1, 1]]),
-    )
+    )  # fmt: skip
     before, after = relocated(graph, [0, 21], 2)
     assert before == after == [0, 21]
     before, after = relocated(graph, [0, 21, 22], 2)
@@ -178,13 +177,10 @@ def test_centers_relocate_with_the_default_weights_unless_seeds_or_a_limit_are_g
     mesh = shapes.bumpy_sheet(12)
     n_arcs = sf.build_face_graph(mesh).n_arcs
     for options, is_on in (
-        ({}, True),
-        ({"init": "farthest"}, True),
-        ({"init": [0, 9, 99]}, False),
-        ({"radius_factor": 2.0}, False),
-        ({"weights": "creases"}, False),
+        ({}, True), ({"init": "farthest"}, True), ({"init": [0, 9, 99]}, False),
+        ({"radius_factor": 2.0}, False), ({"weights": "creases"}, False),
         ({"weights": np.ones(n_arcs)}, False),
-    ):
+    ):  # fmt: skip
         n_segments = None if options.get("init") == [0, 9, 99] else 3
         assert loops.segment(mesh, n_segments, **options).params["relocates"] is is_on
 

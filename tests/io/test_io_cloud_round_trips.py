@@ -26,24 +26,21 @@ def cloud_and_columns():
     colors = RNG.integers(0, 256, (N, 3)).astype(np.uint8)
     columns = {
         **dict(zip(("red", "green", "blue"), colors.T, strict=True)),
-        "intensity": RNG.integers(0, 60_000, N).astype(np.uint16),
-        "scalar": RNG.random(N),
+        "intensity": RNG.integers(0, 60_000, N).astype(np.uint16), "scalar": RNG.random(N),
         "single": np.where(np.arange(N) % 7, RNG.random(N), np.nan).astype(np.float32),
         "count": RNG.integers(-(2**31), 2**31, N).astype(np.int32),
         "wide": RNG.integers(0, 9, (N, 3)).astype(np.int16),
         "histogram": RNG.random((N, 5)).astype(np.float32),
-    }
+    }  # fmt: skip
     points = np.round(RNG.random((N, 3)) * 100, 3) + [4e5, 5e6, 0]
     return PointCloud(points, normals, colors), columns
 
 
 LOST = {
-    ".ply": [],
-    ".pcd": ["comments"],
-    ".csv": ["comments"],
+    ".ply": [], ".pcd": ["comments"], ".csv": ["comments"],
     ".las": ["vertex property histogram", "comments"],
     ".laz": ["vertex property histogram", "comments"],
-}
+}  # fmt: skip
 """What each format does not store of the attributes."""
 
 

@@ -128,6 +128,8 @@ def test_vertices_of_faces_in_no_region_have_no_label(tmp_path, name):
     assert found[8] == -1
     assert set(found[:8].tolist()) <= {-1, 9, 12, 15}
     assert found[:8].max() >= 0
+    with pytest.warns(UserWarning, match=r"has [78] of 12 regions: the others have no vertex"):
+        write_mesh(tmp_path / name, MESH, np.arange(12))
 
 
 def test_regions_have_colors_of_their_own(tmp_path):

@@ -205,8 +205,7 @@ def test_text_of_something_else_is_refused(refuse, data, message):
     (ply_with_labels(kind="float", labels=(0.5, 1)), "labels must be integers"),
     (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
     (ply_with_labels(labels=(1, -2)), "labels[1] must be -1 to 2147483647, got -2"),
-    (ply_text(faces=[]), "the points have no property label"),
-    (b"1\n2\n", "not a PLY file"),
+    (ply_text(faces=[]), "the points have no property label"), (b"1\n2\n", "not a PLY file"),
 ])  # fmt: skip
 def test_ply_without_labels_is_refused(refuse, data, message):
     refuse("a.ply", data, message)

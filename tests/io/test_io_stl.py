@@ -86,10 +86,8 @@ def test_foreign_content_is_refused(refuse):
 
 
 @pytest.mark.parametrize(("old", "new", "is_noted"), [
-    ("endsolid square\n", "", True),
-    ("endsolid square\n", "solid b\nendsolid\n", True),
-    ("endsolid square\n", "end solid\n", False),
-    ("endloop\n", "end loop\n", False),
+    ("endsolid square\n", "", True), ("endsolid square\n", "solid b\nendsolid\n", True),
+    ("endsolid square\n", "end solid\n", False), ("endloop\n", "end loop\n", False),
 ])  # fmt: skip
 def test_solids_without_an_end_are_read_with_a_note(tmp_path, old, new, is_noted):
     path = tmp_path / "a.stl"

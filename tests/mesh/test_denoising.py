@@ -358,7 +358,6 @@ def test_steps_are_checked():
     for wrong, error in wrongs.items():
         with pytest.raises(error, match="denoise"):
             segment(mesh, 2, denoise=wrong)
-    with pytest.raises(
-        ValueError, match="denoise needs a mesh of faces, got points: leave denoise out"
-    ):
+    message = "denoise needs a mesh of faces, got points: leave denoise out"
+    with pytest.raises(ValueError, match=message):
         segment(np.random.default_rng(0).random((50, 3)), 2, denoise=2)

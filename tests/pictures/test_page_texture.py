@@ -32,9 +32,7 @@ def wall(folder, wrap=("repeat", "repeat"), scale=1.0, shift=0.0):
 
 
 @pytest.mark.parametrize(("wrap", "scale", "shift"), [
-    (("repeat", "repeat"), 1, 0),
-    (("repeat", "repeat"), 2, -0.7),
-    (("mirror", "clamp"), 2.5, -0.8),
+    (("repeat", "repeat"), 1, 0), (("repeat", "repeat"), 2, -0.7), (("mirror", "clamp"), 2.5, -0.8),
 ])  # fmt: skip
 def test_each_pixel_has_the_color_of_the_texture_there(opened, tmp_path, wrap, scale, shift):
     mesh, texture, expected = wall(tmp_path, wrap, scale, shift)

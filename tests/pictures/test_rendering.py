@@ -213,9 +213,7 @@ def tets():
 
 @pytest.mark.parametrize(("cells", "options"), [
     (PolygonMesh.of_faces(square().vertices, [[0, 1, 2, 3]]), {}),
-    (square(), {"smooth_borders": True}),
-    (tets(), {}),
-    (tets(), {"clip": "x"}),
+    (square(), {"smooth_borders": True}), (tets(), {}), (tets(), {"clip": "x"}),
     (PointCloud(bumpy_sheet(6).vertices), {}),
 ])  # fmt: skip
 def test_numbers_are_the_labels_that_were_given(gl, cells, options):

@@ -141,10 +141,9 @@ def test_what_cannot_be_settled_changes_nothing(suggested, document):
     ids = ids_by_class(suggested)
     state = suggested.state.suggestions
     for accepted, message in (
-        ({99: 1}, "suggestion 99 does not exist"),
-        ({ids[2]: 77}, "there is no class 77"),
+        ({99: 1}, "suggestion 99 does not exist"), ({ids[2]: 77}, "there is no class 77"),
         ({ids[0]: 0}, "needs a class"),
-    ):
+    ):  # fmt: skip
         with pytest.raises(ValueError, match=message):
             suggested.settle(accepted)
         assert suggested.state.suggestions == state

@@ -255,10 +255,8 @@ def test_of_an_export_of_two_files_both_are_written_or_none(document, monkeypatc
 
 
 @pytest.mark.parametrize(("changes", "reason"), [
-    ([], "it changes nothing"),
-    ([{"op": "several", "changes": []}], "unknown operation several"),
-    ([{"op": "undo"}], "unknown operation undo"),
-    (["paint"], "string indices must be integers"),
+    ([], "it changes nothing"), ([{"op": "several", "changes": []}], "unknown operation several"),
+    ([{"op": "undo"}], "unknown operation undo"), (["paint"], "string indices must be integers"),
     (7, "'int' object is not iterable"),
 ])  # fmt: skip
 def test_a_line_of_several_changes_that_makes_no_sense_is_refused(document, changes, reason):

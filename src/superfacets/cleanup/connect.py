@@ -14,14 +14,9 @@ from .edit import LabeledPart, RegionEdit
 
 
 def enforce_connectivity(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    *,
-    centers: npt.ArrayLike | None = None,
-    weights: npt.ArrayLike | None = None,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> RegionEdit:
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, centers: npt.ArrayLike | None = None,
+    weights: npt.ArrayLike | None = None, weld: float = True, n_threads: int | None = None,
+) -> RegionEdit:  # fmt: skip
     """Change labels so that all regions are connected.
 
     A piece is a connected component of the cells with one label. A region keeps the piece that

@@ -19,15 +19,10 @@ from .edit import LabeledPart, RegionEdit
 
 
 def merge_small_regions(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    min_size: float,
-    *,
-    islands: Islands = "keep",
-    weights: npt.ArrayLike | None = None,
-    weld: float = True,
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, min_size: float, *,
+    islands: Islands = "keep", weights: npt.ArrayLike | None = None, weld: float = True,
     n_threads: int | None = None,
-) -> RegionEdit:
+) -> RegionEdit:  # fmt: skip
     """Merge small regions with their neighbors.
 
     As long as a region is smaller than the minimum, the smallest region joins the neighbor with the

@@ -80,16 +80,10 @@ error is 0.002 higher if the stiffness is 0, and equal if it is 1.6."""
 
 
 def smooth_borders(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    *,
-    weights: npt.ArrayLike | None = None,
-    centers: npt.ArrayLike | None = None,
-    max_distance: float = MAX_DISTANCE,
-    stiffness: float = 0.0,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> Ints:
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weights: npt.ArrayLike | None = None,
+    centers: npt.ArrayLike | None = None, max_distance: float = MAX_DISTANCE,
+    stiffness: float = 0.0, weld: float = True, n_threads: int | None = None,
+) -> Ints:  # fmt: skip
     r"""Straighten borders between regions where the surface is smooth, but keep them in creases.
 
     Chains of up to eight adjacent faces move to a neighboring region as long as moves reduce the

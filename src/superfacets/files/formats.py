@@ -44,10 +44,7 @@ _CURVES = (".curv", ".thickness", ".sulc", ".area")
 
 _ROLES: dict[str, dict[str, str]] = {
     "read": {
-        ".ply": f"{_READ}ply:read_ply",
-        ".obj": f"{_READ}obj:read_obj",
-        ".stl": f"{_READ}stl:read_stl",
-        ".off": f"{_READ}off:read_off",
+        **{f".{name}": f"{_READ}{name}:read_{name}" for name in ("ply", "obj", "stl", "off")},
         **dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf"),
         ".vtp": "superfacets_formats.vtk_xml:read_vtp",
         ".vtu": "superfacets_formats.vtk_xml:read_vtu",
@@ -60,8 +57,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys((".xyz", ".txt", ".csv"), f"{_READ}clouds:read_text_cloud"),
         ".npy": f"{_READ}clouds:read_npy_cloud",
         **dict.fromkeys((".las", ".laz"), "superfacets_formats.las:read_las"),
-        ".pcd": "superfacets_formats.pcd:read_pcd",
-        ".e57": "superfacets_formats.e57:read_e57",
+        ".pcd": "superfacets_formats.pcd:read_pcd", ".e57": "superfacets_formats.e57:read_e57",
     },
     "labels": {
         ".npy": f"{_READ}npy:npy_array",
@@ -78,16 +74,13 @@ _ROLES: dict[str, dict[str, str]] = {
     "groups": {".aggregation.json": "superfacets_scans.aggregation:objects_of_vertices"},
     "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
-        ".vtp": "superfacets_formats.vtk_xml:is_vtp",
-        ".gii": "superfacets_formats.cortex:is_gifti",
+        ".vtp": "superfacets_formats.vtk_xml:is_vtp", ".gii": "superfacets_formats.cortex:is_gifti",
         _SURFACES[0]: "superfacets_formats.cortex:is_surface",
         ".stl": f"{_READ}stl:has_binary_size",
     },
     "write_polygons": {
-        ".ply": f"{_WRITE}ply:write_ply",
-        ".vtp": "superfacets_formats.vtk_writer:write_vtp",
-        ".obj": f"{_WRITE}text_formats:write_obj",
-        ".off": f"{_WRITE}text_formats:write_off",
+        ".ply": f"{_WRITE}ply:write_ply", ".vtp": "superfacets_formats.vtk_writer:write_vtp",
+        ".obj": f"{_WRITE}text_formats:write_obj", ".off": f"{_WRITE}text_formats:write_off",
         ".glb": "superfacets_textures.glb:write_glb",
         ".ids.png": "superfacets_textures.ids_image:write_ids",
     },
@@ -97,12 +90,11 @@ _ROLES: dict[str, dict[str, str]] = {
         ".vtk": "superfacets_formats.vtk_writer:write_vtk",
     },
     "write_points": {
-        ".ply": f"{_WRITE}ply:write_cloud_ply",
-        ".csv": f"{_WRITE}text_formats:write_csv",
+        ".ply": f"{_WRITE}ply:write_cloud_ply", ".csv": f"{_WRITE}text_formats:write_csv",
         ".pcd": "superfacets_formats.pcd:write_pcd",
         **dict.fromkeys((".las", ".laz"), "superfacets_formats.las_writer:write_las"),
     },
-}
+}  # fmt: skip
 
 
 class Formats(dict[str, Table]):

@@ -56,9 +56,8 @@ def guarded(reader: str, data: Content, ending: str) -> dict[str, Array | str]:
         given.seek(0)
         try:
             done = subprocess.run(
-                [sys.executable, "-c", _CODE, *options], stdin=given, stdout=found,
-                stderr=said, env=environment, check=False,
-                timeout=SECONDS + len(data) / BYTES_PER_SECOND,
+                [sys.executable, "-c", _CODE, *options], stdin=given, stdout=found, stderr=said,
+                env=environment, check=False, timeout=SECONDS + len(data) / BYTES_PER_SECOND,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise MeshError("reading takes too long: the file may be damaged") from None

@@ -134,17 +134,12 @@ class Hierarchy:
 
 
 def hierarchy(
-    mesh: MeshLike | CellGraph,
-    counts: Sequence[int] | npt.NDArray[np.integer[Any]],
-    *,
+    mesh: MeshLike | CellGraph, counts: Sequence[int] | npt.NDArray[np.integer[Any]], *,
     labels: npt.ArrayLike | None = None,
     features: npt.ArrayLike | str | Sequence[str] | Features | None = None,
-    islands: Islands = "keep",
-    barriers: npt.ArrayLike | None = None,
-    weld: float = True,
-    n_threads: int | None = None,
-    **options: Any,
-) -> Hierarchy:
+    islands: Islands = "keep", barriers: npt.ArrayLike | None = None, weld: float = True,
+    n_threads: int | None = None, **options: Any,
+) -> Hierarchy:  # fmt: skip
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
     The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with

@@ -44,13 +44,9 @@ parts make 64 samples per triangle, which suffice for a label."""
 
 
 def transfer(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    target: MeshLike | CellGraph,
-    *,
-    max_distance: float | None = None,
-    n_threads: int | None = None,
-) -> Ints:
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, target: MeshLike | CellGraph, *,
+    max_distance: float | None = None, n_threads: int | None = None,
+) -> Ints:  # fmt: skip
     """Transfer labels from the cells of a mesh to points, or to the cells of another mesh.
 
     Parameters

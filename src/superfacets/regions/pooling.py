@@ -37,13 +37,9 @@ _ROWS_AT_ONCE = 1 << 14
 
 
 def pool(
-    labels: npt.ArrayLike,
-    values: npt.ArrayLike,
-    *,
-    how: Pooling = "mean",
-    mesh: MeshLike | CellGraph | None = None,
-    measures: npt.ArrayLike | None = None,
-) -> Array:
+    labels: npt.ArrayLike, values: npt.ArrayLike, *, how: Pooling = "mean",
+    mesh: MeshLike | CellGraph | None = None, measures: npt.ArrayLike | None = None,
+) -> Array:  # fmt: skip
     """Combine the values of the cells of each region into one value, or one row of values.
 
     Parameters

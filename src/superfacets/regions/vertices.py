@@ -29,14 +29,10 @@ METHODS = ("creases", "majority")
 
 
 def vertex_labels(
-    mesh: MeshLike,
-    labels: npt.ArrayLike,
-    *,
-    method: str = "creases",
-    min_vertices: int | None = None,
-    barriers: npt.ArrayLike | None = None,
+    mesh: MeshLike, labels: npt.ArrayLike, *, method: str = "creases",
+    min_vertices: int | None = None, barriers: npt.ArrayLike | None = None,
     n_threads: int | None = None,
-) -> Ints:
+) -> Ints:  # fmt: skip
     """Convert labels of cells to labels of vertices.
 
     Parameters
@@ -197,16 +193,37 @@ def superpoint_cells(cells: Any, superpoints: Ints) -> tuple[Any, Ints]:
     return whole, np.append(labels, superpoints[lost])
 
 
+def parents_of(finer: Ints, labels: Any) -> Ints:
+    """Return the label of each region of `finer`, labels of the same cells on a finer level.
+
+    The result has one more element at the end, -1, for cells of label -1.
+    """
+    parents = np.full(int(finer.max()) + 2, -1, np.int32)
+    parents[finer] = labels
+    return parents
+
+
+def nested_labels(cells: Any, labels: Any, finer: Ints | None, **options: Any) -> Ints:
+    """Convert labels as in `vertex_labels`, or so that they are unions of converted `finer` labels.
+
+    With `finer`, as in `parents_of`, labels of vertices are nested on all levels.
+    """
+    if finer is None:
+        return vertex_labels(cells, labels, **options)
+    return parents_of(finer, labels)[vertex_labels(cells, finer, **options)]
+
+
 def vertex_ids(
-    cells: Any, labels: npt.NDArray[np.integer[Any]], barriers: Ints | None = None
-) -> Longs:
+    cells: Any, labels: npt.NDArray[np.integer[Any]], barriers: Ints | None = None,
+    finer: Ints | None = None,
+) -> Longs:  # fmt: skip
     """Convert labels of cells, >= 0, to ids of vertices, for files that neural networks read.
 
-    Each vertex that gets no label gets a unique id above all labels.
+    Each vertex that gets no label gets a unique id above all labels. `finer` as in `nested_labels`.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
-    ids = vertex_labels(cells, labels, barriers=barriers).astype(np.int64)
+    ids = nested_labels(cells, labels, finer, barriers=barriers).astype(np.int64)
     unused = np.flatnonzero(ids < 0)
     ids[unused] = int(labels.max()) + 1 + np.arange(len(unused))
     return ids

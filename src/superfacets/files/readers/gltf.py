@@ -43,8 +43,7 @@ def read_gltf(source: Input) -> Read:
     texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None
     use = "cells" if any("skin" in visit.node for visit in scene.visits) else "which no skin uses"
     scene.declare_others(source, {
-        "POSITION": "cells",
-        **dict.fromkeys((*_SKINNED, *_SKINNED.values()), use),
+        "POSITION": "cells", **dict.fromkeys((*_SKINNED, *_SKINNED.values()), use),
         "COLOR_0": "attributes" if vertex else "which are colors of regions",
         "_FEATURE_ID_0": "attributes" if face else "which not all vertices have",
     }, shown=_FACES if len(faces) else (POINTS,))  # fmt: skip

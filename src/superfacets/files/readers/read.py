@@ -21,8 +21,7 @@ from .off import MAGIC as OFF_MAGIC
 
 _BEGINS = {
     ".ply": rb"ply[ \t]*[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
-    ".off": OFF_MAGIC.pattern,
-    ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
+    ".off": OFF_MAGIC.pattern, ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
 }  # fmt: skip
 """Patterns of the first word of files, after white space and comments, keyed by ending."""
 
@@ -50,9 +49,8 @@ _OTHER_BEGINS = {
     rb"(?:7z\xbc\xaf|Rar!|BZh|\xfd7zXZ)": "the file is a compressed archive: unpack it first",
     rb"(?:II\*\0|MM\0\*)": _RASTER,
     rb"(?:\x89PNG|\xff\xd8\xff|GIF8)": "the file is a picture, not a mesh",
-    rb"ISO-10303-21": _CAD.format("STEP"),
-    rb"%PDF": "the file is a PDF document, not a mesh",
-}
+    rb"ISO-10303-21": _CAD.format("STEP"), rb"%PDF": "the file is a PDF document, not a mesh",
+}  # fmt: skip
 """Error messages for other content, keyed by a pattern of its first bytes."""
 
 _GZIP, _UTF_16 = b"\x1f\x8b", {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +17,7 @@ from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.attributes import MeshAttributes
-from ...regions.vertices import vertex_ids, vertex_labels
+from ...regions.vertices import nested_labels, vertex_ids
 from ..formats import FORMATS
 from .cells import FormatOptions
 from .text_formats import write_npy, write_rows
@@ -49,6 +50,7 @@ class IdWriter:
     segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
     groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
+    finer: Ints | None = None  # labels of a finer level, which are converted to labels of vertices
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -132,15 +134,18 @@ class IdWriter:
         cells, labels = self.cells, self.labels
         assert labels is not None
         comments = () if self.attributes is None else self.attributes.comments
-        of_vertices, colors = self.of_vertices, load(_PALETTE)
+        ids, colors = self.of_vertices, load(_PALETTE)
         given = ranked_labels(self._labels_in(ending))[1].tolist()
         names = dict(zip(given, self.options.classes or (), strict=False))
-        if of_vertices is None:
-            of_vertices = vertex_labels(cells, labels, min_vertices=1, barriers=self.groups)
+        if ids is None:
+            ids = nested_labels(cells, labels, self.finer, min_vertices=1, barriers=self.groups)
             regions, firsts = np.unique(labels, return_index=True)
-            shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
+            shown = firsts[np.isin(regions, ids) & (regions >= 0)]
+            if len(shown) < (n := int(np.count_nonzero(regions >= 0))):
+                held = f"{ending} has {len(shown):,} of {n:,} regions: the others have no vertex"
+                warnings.warn(held, stacklevel=2)
             colors = load("superfacets_show.colors:face_colors")(cells, labels)[shown]
-        load(_CORTEX)(file, ending, of_vertices, colors, comments=comments, names=names)
+        load(_CORTEX)(file, ending, ids, colors, comments=comments, names=names)
 
     @property
     def region_sizes(self) -> Longs:
@@ -154,4 +159,4 @@ class IdWriter:
         assert self.labels is not None
         if self.of_vertices is not None:
             return self.of_vertices.astype(np.int64)
-        return vertex_ids(self.cells, self.labels, self.groups)
+        return vertex_ids(self.cells, self.labels, self.groups, self.finer)

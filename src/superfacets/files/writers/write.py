@@ -19,7 +19,7 @@ from ...graph.kinds import fit_vertices, kind_of, of_cells
 from ...mesh.attributes import MeshAttributes
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
-from ...regions.vertices import MIN_IN_FILES, groups_of_result
+from ...regions.vertices import MIN_IN_FILES, groups_of_result, parents_of
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..formats import FORMATS
 from ..guards import known_ending
@@ -251,14 +251,19 @@ class OutputFiles:
     def write_one(
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
         attributes: MeshAttributes | None = None, constraints: Mapping[str, Any] | None = None,
+        finer: Ints | None = None, of_vertices: Ints | None = None,
     ) -> list[str]:  # fmt: skip
         """Write one labeling in the format of `path`, and return the names of lost attributes.
 
-        `constraints` are the same as in `write`.
+        `constraints` are the same as in `write`. If the file has one label per vertex, its regions
+        are unions of regions of `finer`, labels of a finer level: converted to labels of vertices,
+        or given for vertices, too, as `of_vertices`.
         """
         ending, groups = _ending_of(path), _groups_in(constraints, cells, labels)
-        writer = _writer_of(cells, labels, ending, self.options, attributes, groups)
-        return writer.write(file, ending, path)
+        if of_vertices is not None and finer is not None:
+            of_vertices = parents_of(finer, labels)[of_vertices]
+        own = (attributes, groups, of_vertices, finer)
+        return _writer_of(cells, labels, ending, self.options, *own).write(file, ending, path)
 
     def write(
         self, mesh: Any, labels: npt.ArrayLike | None, *, colors: npt.ArrayLike | None = None,
@@ -347,8 +352,10 @@ def _ending_of(path: Path) -> str:
 def _writer_of(
     cells: Cells, labels: Ints | None, ending: str, form: FormatOptions,
     attributes: MeshAttributes | None = None, groups: Ints | None = None,
+    of_vertices: Ints | None = None, finer: Ints | None = None,
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in FORMATS.cell_outputs:
         return CellWriter(cells, labels, None, attributes, form, None, groups).checked([ending])
-    return IdWriter(cells, labels, form, attributes=attributes, groups=groups).checked([ending])
+    own = IdWriter(cells, labels, form, attributes, of_vertices, groups=groups, finer=finer)
+    return own.checked([ending])
