@@ -30,8 +30,7 @@ from .segment import file_options, options_of, segment_options
                "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
                required=True),
         to_option("--to --format"),
-        opts.quiet_option(),
-        group="Everyday options",
+        opts.quiet_option(), group="Everyday options",
     ),
     segment_options,
     opts.options(mask_values_option, opts.labels_named_option, group="Data that borders follow"),
@@ -46,8 +45,7 @@ from .segment import file_options, options_of, segment_options
                "Maximum time per file: a file that takes longer fails, and its worker restarts."
                "  [default: no maximum]"),
         opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
-        opts.json_option("the summary as a JSON object"),
-        group="Running",
+        opts.json_option("the summary as a JSON object"), group="Running",
     ),
 )  # fmt: skip
 def batch_command(

@@ -141,6 +141,10 @@ def evaluate_command(
         source = read_input(str(mesh))
         cells, paths = source.cells(), (labels, *truths, *more)
         given = [given_labels(source, cells, path, labels_named) for path in paths]
+        for each in given:
+            if {*each.path.suffixes} & {".classes", ".vertex-classes"} and not each.labels.all():
+                exported = "in files that the studio exports, 0 is no class: give the work file"
+                print_note(f"{each.path}: 0 counts as a class; {exported}")
         if truths and all(each.are_of_vertices for each in given):
             regions, *segments = (each.labels for each in given)
             print_note(

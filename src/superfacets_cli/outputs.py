@@ -37,8 +37,7 @@ def to_option(names: str = "--to") -> opts.Decorator:
     return option(
         f"{names} formats FORMAT", opts.Listed(click.Choice([*FORMATS.ending_of])),
         "Output format when -o is a folder or omitted, or several, separated by commas (see"
-        " superfacets formats).  [default: ply; vtu for tetrahedra]",
-        multiple=True,
+        " superfacets formats).  [default: ply; vtu for tetrahedra]", multiple=True,
     )  # fmt: skip
 
 

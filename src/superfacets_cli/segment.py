@@ -84,8 +84,7 @@ _CREASES = options(
     option("--islands", kit.FileOptions.CHOICES["islands"],
            "What to do with components without a seed: keep them as regions (keep), or join them to"
            " the nearest region (nearest). Then -n is the exact number of regions, except with"
-           " barriers.  [default: keep]"),
-    group="Creases and borders",
+           " barriers.  [default: keep]"), group="Creases and borders",
 )  # fmt: skip
 _SIZES = options(
     option("--balance", opts.Real(0.0, 1.0),
@@ -128,8 +127,7 @@ _LOOP = options(
            "Maximum number of iterations; 0 keeps the initial centers.", default=50),
     option("--tol", NOT_NEGATIVE,
            "Stop when centers move less than this, as a fraction of a region's radius."
-           "  [default: 0.02]"),
-    group="Seeds and the loop",
+           "  [default: 0.02]"), group="Seeds and the loop",
 )  # fmt: skip
 segment_options = options(
     _EVERYDAY, _PRESETS, _CREASES, _SIZES, _DATA, _NOISE, _LOOP,

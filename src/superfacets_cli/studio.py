@@ -40,7 +40,7 @@ if TYPE_CHECKING:
            "Write the saved labels of all files that have a work file, and exit: classes,"
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
            " format, such as objects.npz. May be given several times.", multiple=True),
-    option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
+    option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: folder of each work file]"),
     up_option,
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip

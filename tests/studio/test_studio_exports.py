@@ -14,6 +14,7 @@ from textured_meshes import grid, save_png
 import superfacets
 from superfacets import Texture, read_attributes, read_labels, vertex_labels
 from superfacets_studio.documents.document import Document
+from superfacets_studio.documents.files import Files
 from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import
 from superfacets_textures import Material, TextureImage
@@ -39,13 +40,17 @@ def test_classes_of_cells_are_read_back(painted, format):
 
 @pytest.mark.parametrize(
     ("work", "stem"),
-    [("ann2.studio.jsonl", "ann2"), ("ann2.jsonl", "ann2"), ("sheet.studio.jsonl", "sheet.studio")],
-)
+    [("ann2.studio.jsonl", "ann2"), ("ann2.jsonl", "ann2"), ("sheet.studio.jsonl", "sheet.studio"),
+     ("merged/sheet.ply.studio.jsonl", "sheet")],
+)  # fmt: skip
 def test_exports_of_another_work_file_replace_none_of_the_default_one(painted, work, stem):
     first = write_export(painted, "cells", "npy")
     content = first.read_bytes()
-    other = Document.open(painted.path, painted.path.with_name(work), n_segments=20)
-    assert write_export(other, "cells", "npy").name == f"{stem}.classes.npy"
+    path = painted.path.parent / work
+    path.parent.mkdir(exist_ok=True)
+    other = Document.open(painted.path, path, n_segments=20)
+    assert write_export(other, "cells", "npy") == path.with_name(f"{stem}.classes.npy")
+    assert Files([painted.path], path).targets(None) == [(0, path.with_name("sheet"))]
     assert write_export(other, "regions", "npy").name == f"{stem}.superfacets.npy"
     name, _ = export_bytes(other, "objects", "aggregation.json")
     assert name == f"{stem}.objects.scannet.zip"

@@ -88,10 +88,9 @@ class Files:
         return path.name if folder is None else path.relative_to(folder).as_posix()
 
     def targets(self, output: Path | None) -> list[tuple[int, Path]]:
-        """Return number and target of each file that has a work file.
+        """Return number and target of each file with a work file; raise an OSError if none has one.
 
-        A target consists of the folder and the first part of the names of exports. Raises an
-        OSError if there is no work file.
+        A target consists of the folder and the first part of the names of exports.
         """
         works = [self.work_of(i) for i in range(len(self.paths))]  # an empty one has no work
         started = [i for i, work in enumerate(works) if work.exists() and work.stat().st_size]
@@ -99,8 +98,9 @@ class Files:
             message = f"{self.home}: there is no work file, so there are no labels yet"
             raise FileNotFoundError(message)
         root = self.folder or self.paths[0].parent
+        output = output or (root if self.work is None else self.work.parent)
         stems = [path.with_name(FORMATS.stem_of(path)) for path in self.paths]
-        return [(i, (output or root) / stems[i].relative_to(root)) for i in started]
+        return [(i, output / stems[i].relative_to(root)) for i in started]
 
     def listed(self) -> list[dict[str, Any]]:
         """List all files and the progress in their work files, without opening the files."""

@@ -57,7 +57,8 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
     """Return the file name of each kind of export, for each of its formats.
 
-    Names begin with the name of the input, or with the name of a work file given by ``--work``.
+    Names begin with the name of the work file without ``.studio.jsonl``, and without the ending of
+    the input if that is the rest: ``room`` for ``room.ply.studio.jsonl`` in any folder.
     """
     return {
         what: {format: _name_of(document, what, format) for format in formats}
@@ -106,7 +107,7 @@ def write_export(
     document: Document, what: str, format: str | None, *, folder: Path | None = None,
     replace: bool = False,
 ) -> Path:  # fmt: skip
-    """Write an export to a folder, by default that of the input, and return the path of the file.
+    """Write an export to a folder, by default that of the work file; return its path.
 
     If `format` is None, the first of the formats in `formats_of` is used.
 
@@ -117,7 +118,7 @@ def write_export(
     file exists and must not be replaced, and OSError if it cannot be written.
     """
     format = format or formats_of(document.source.kind)[what][0]
-    path = (folder or document.path.parent) / _name_of(document, what, format)
+    path = (folder or document.journal.path.parent) / _name_of(document, what, format)
     is_ours = any(mark in path.name for mark in (kit.InputFile.MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
@@ -168,10 +169,9 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _stem_of(document: Document) -> str:
-    """Return the stem of export names, which differs between work files to avoid collisions."""
-    work, default = document.journal.path, work_file_of(document.path)
-    usual = kit.FORMATS.stem_of(document.path)
-    if work.resolve() == default.resolve():
+    """Return the stem of export names, which comes from the name of the work file."""
+    work, usual = document.journal.path, kit.FORMATS.stem_of(document.path)
+    if work.name == work_file_of(document.path).name:
         return usual
     stem = work.name.removesuffix(".jsonl").removesuffix(".studio")
     return f"{stem}.studio" if stem == usual else stem
