@@ -66,7 +66,8 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
             getattr(reader, f"ReadAll{what}On")()
     reader.Update()
     if error := re.search(r"ERR(?:.*\n.*?\): )?(.*)", log.GetOutput()):
-        raise MeshError(f"VTK cannot read the file: {shortened(error[1])}")
+        way = ": save it as .vtu or .vtp, or read a grid with meshio" * ("Unsupp" in error[1])
+        raise MeshError(f"VTK cannot read the file: {shortened(error[1])}{way}")
     found = reader.GetOutput()
     if found is None or not (found.IsA("vtkPolyData") or found.IsA("vtkUnstructuredGrid")):
         kind = "no data" if found is None else found.GetClassName().removeprefix("vtk")
@@ -103,8 +104,7 @@ def _grid_of(found: Any) -> Found:
     points = found.GetPoints()
     vertices = None if points is None else _numbers_of(points.GetData())
     parts: list[tuple[Any, Any]] = [
-        (found.GetVerts(), 2), (found.GetLines(), 4), (found.GetPolys(), 7),
-        (found.GetStrips(), 6),
+        (found.GetVerts(), 2), (found.GetLines(), 4), (found.GetPolys(), 7), (found.GetStrips(), 6),
     ] if found.IsA("vtkPolyData") else [
         (found.GetCells(), _numbers_of(found.GetCellTypesArray()))
     ]  # fmt: skip

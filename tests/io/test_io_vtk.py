@@ -232,6 +232,8 @@ HUGE = 10**10
      "the XML must not have a DOCTYPE, which VTK files never have"),
     ("a.vtk", "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
      f"POINTS {HUGE} double\n" + " " * 100, "VTK cannot read the file"),
+    ("a.vtk", "# vtk DataFile Version 5.1\nx\nASCII\nDATASET POLYDATA\nPOINTS 1 float\n0 0 0\n"
+     "POLYGONS 2 3\nOFFSETS vtktypeint32\n0 3\n", "vtktypeint32: save it as .vtu or .vtp"),
     ("a.msh", f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
      "$Nodes has no end"),
     ("a.mesh", f"MeshVersionFormatted 1\nDimension 3\nVertices\n{HUGE}\n0 0 0 1\nEnd\n",
