@@ -82,8 +82,7 @@ def test_half_a_balance_is_in_between():
 
 
 @pytest.mark.parametrize(("n", "options"), [
-    (50, {"sizes": sf.Sizes(balance=1.0)}),
-    (None, {"sizes": sf.Sizes(cells=64)}),
+    (50, {"sizes": sf.Sizes(balance=1.0)}), (None, {"sizes": sf.Sizes(cells=64)}),
     (50, {"sizes": sf.Sizes(balance=1.0), "weights": "creases"}),
 ])  # fmt: skip
 def test_labels_do_not_depend_on_the_number_of_threads(n, options):

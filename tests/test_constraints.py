@@ -437,10 +437,9 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
     for given, of_alone in (
         ({"barriers": sides}, {"barriers": sides[mask]}),
         ({"init": kept[::50]}, {"init": np.arange(len(kept))[::50]}),
-        ({"init": sides}, {"init": sides[mask]}),
-        ({"features": sides}, {"features": sides[mask]}),
+        ({"init": sides}, {"init": sides[mask]}), ({"features": sides}, {"features": sides[mask]}),
         ({"n_segments": 9, "weights": weights}, {"n_segments": 9, "weights": weights}),
-    ):
+    ):  # fmt: skip
         found, expected = run(cloud, mask=mask, **given), run(alone, **of_alone)
         assert np.array_equal(found.labels[mask], expected.labels), given.keys()
 

@@ -386,11 +386,9 @@ def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
     weights = superfacet_weights(pair, graph)
     assert np.array_equal(weights, superfacet_weights(sheet, graph))
     for call in (
-        lambda: sf.segment_graph(sheet, 3),
-        lambda: superfacets.place_seeds(graph, 3),
-        lambda: sf.classify(graph, [0]),
-        lambda: update_centers(pair, [0]),
-    ):
+        lambda: sf.segment_graph(sheet, 3), lambda: superfacets.place_seeds(graph, 3),
+        lambda: sf.classify(graph, [0]), lambda: update_centers(pair, [0]),
+    ):  # fmt: skip
         with pytest.raises(TypeError, match=r"expected a CellGraph, got (Mesh|FaceGraph|tuple)"):
             call()
 

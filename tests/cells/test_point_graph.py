@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import reference
 import shapes
+from scipy.spatial import ConvexHull
 from shapes import count_pieces
 
 import superfacets as sf
@@ -122,6 +123,15 @@ def test_noise_makes_areas_larger_by_as_much_as_the_page_of_clouds_says():
     assert build_point_graph(roof).measures.sum() == pytest.approx(64, rel=0.03)
     roof[:, 2] += rng.normal(0, 0.03, len(roof))
     assert build_point_graph(roof).measures.sum() == pytest.approx(1.22 * 64, rel=0.03)
+
+
+def test_perimeters_are_exact_for_a_circle_but_too_low_for_regions_as_documented():
+    points = plane(30_000)
+    circle = (np.hypot(*(points[:, :2] - 0.5).T) < 0.3).astype(int)
+    assert sf.region_graph(points, circle).perimeters == pytest.approx(0.6 * np.pi, rel=0.1)
+    regions = segment(points, 50)
+    hulls = [ConvexHull(points[regions.labels == i, :2]).area for i in range(50)]
+    assert np.median(regions.regions.perimeters / hulls) == pytest.approx(0.675, rel=0.05)
 
 
 @pytest.mark.parametrize(

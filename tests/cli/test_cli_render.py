@@ -75,13 +75,11 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
     both = ["--compare", four, "--compare", two]
     seen = []
     for more, width in [
-        (both, 320),
-        (["--labels", four, "--compare", two, "--color-by", values], 320),
-        (["--labels", four, "--color-by", "area"], 160),
-        (["--labels", four, "--numbers"], 160),
+        (both, 320), (["--labels", four, "--compare", two, "--color-by", values], 320),
+        (["--labels", four, "--color-by", "area"], 160), (["--labels", four, "--numbers"], 160),
         (["--labels", four, "--view", "top", "--up", "z"], 160),
         (["--labels", four, "--azimuth", 0, "--elevation", 90, "--up", "z"], 160),
-    ]:
+    ]:  # fmt: skip
         guess = "" if "--up" in more else " (up: y, guessed; change it with --up)"
         assert run(*picture, *more) == (0, f"wrote {path}{guess}\n", "")
         assert size_of(path) == ((width, 120), 1)

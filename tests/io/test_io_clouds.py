@@ -231,8 +231,7 @@ def changed(content, place, number, size=4):
 
 
 @pytest.mark.parametrize(("place", "number", "size", "message"), [
-    (0, 0, 4, "the header is missing or truncated"),
-    (100, 9, 4, "overlaps the points"),
+    (0, 0, 4, "the header is missing or truncated"), (100, 9, 4, "overlaps the points"),
     (104, 99, 1, "expected point format 0 to 10, got 35"),
     (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
     (105, 20, 2, "points of format 6 need 30 or more bytes, got 20"),
@@ -305,12 +304,10 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
     scale, offset = np.array([0.01]), np.array([-1.0])
     for name, kind, more in [
         ("Pulse width", "u2", {"description": "width in ns", "scales": scale, "offsets": offset}),
-        ("normal", "3f4", {"description": "of the surface"}),
-        ("id", "u8", {}),
+        ("normal", "3f4", {"description": "of the surface"}), ("id", "u8", {}),
         ("pair", "2i4", {"scales": np.array([0.5, 2.0]), "offsets": np.array([1.0, -1.0])}),
-        ("long", "i8", {}),
-        ("label", "u1", {"description": "of another program"}),
-    ]:
+        ("long", "i8", {}), ("label", "u1", {"description": "of another program"}),
+    ]:  # fmt: skip
         las.add_extra_dim(laspy.ExtraBytesParams(name=name, type=kind, **more))
     las["Pulse width"] = np.arange(4) * 0.01 - 1
     las["normal"] = np.arange(12).reshape(4, 3) + [0, 0.5, np.nan]
@@ -338,8 +335,7 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
 
 
 @pytest.mark.parametrize(("values", "kind"), [
-    (np.array([102, 200, 9, 0]) * 0.01 - 1, "u2"),
-    ([0.025, 1, 0, 0], "f8"),
+    (np.array([102, 200, 9, 0]) * 0.01 - 1, "u2"), ([0.025, 1, 0, 0], "f8"),
     ([[0.02, 1]] * 4, "2f8"),
 ])  # fmt: skip
 def test_changed_values_keep_the_type_only_if_they_fit(laspy, tmp_path, values, kind):
@@ -515,11 +511,9 @@ def test_a_record_that_is_not_kept_is_named(laspy):
 
 def test_quoted_names_of_columns_may_have_spaces(tmp_path):
     for text in (
-        '"X","Y","Z","M3C2 distance"\n1,2,3,0.5\n',
-        "x;y;z;M3C2 distance\n1;2;3;.5\n",
-        '//X Y Z "M3C2 distance"\n1 2 3 0.5\n',
-        "x\ty\tz\tM3C2 distance\n1\t2\t3\t.5",
-    ):
+        '"X","Y","Z","M3C2 distance"\n1,2,3,0.5\n', "x;y;z;M3C2 distance\n1;2;3;.5\n",
+        '//X Y Z "M3C2 distance"\n1 2 3 0.5\n', "x\ty\tz\tM3C2 distance\n1\t2\t3\t.5",
+    ):  # fmt: skip
         (path := tmp_path / "a.csv").write_text(text)
         assert read_cloud(path).points.tolist() == [[1, 2, 3]]
         assert read_attributes(path).vertex["m3c2 distance"].tolist() == [0.5]
@@ -656,8 +650,7 @@ def test_arrays_that_are_no_points_are_refused(tmp_path, array, message):
 
 
 @pytest.mark.parametrize(("name", "message"), [
-    ("a.tif", "a raster file is not a mesh"),
-    ("a.ASC", "a raster file is not a mesh"),
+    ("a.tif", "a raster file is not a mesh"), ("a.ASC", "a raster file is not a mesh"),
     ("a.gpkg", "a vector file is not a mesh"), ("a.curv", "it has values for --features"),
     ("a.las", "the file contains points, use read_cloud"),
 ])  # fmt: skip

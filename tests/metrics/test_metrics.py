@@ -278,11 +278,10 @@ def test_what_cannot_be_measured_is_refused():
             evaluate(mesh, labels, truths)
     per_vertex = [0] * mesh.n_vertices
     for call in (
-        lambda: evaluate(mesh, per_vertex),
-        lambda: evaluate(mesh, [0] * 4, [per_vertex]),
+        lambda: evaluate(mesh, per_vertex), lambda: evaluate(mesh, [0] * 4, [per_vertex]),
         lambda: undersegmentation_error(mesh, per_vertex, [0] * 4),
         lambda: undersegmentation_error(mesh, [0] * 4, per_vertex),
-    ):
+    ):  # fmt: skip
         with pytest.raises(ValueError, match=r"\(4\), got 6 values\. For one label per vertex"):
             call()
     with pytest.raises(TypeError, match="labels must contain integers, got float64"):

@@ -85,8 +85,7 @@ def test_grays_look_the_same_to_everyone(vision):
 
 
 @pytest.mark.parametrize(("vision", "one", "other"), [
-    ("protanopia", [193, 64, 64], [101, 101, 60]),
-    ("deuteranopia", [180, 110, 60], [143, 130, 60]),
+    ("protanopia", [193, 64, 64], [101, 101, 60]), ("deuteranopia", [180, 110, 60], [143, 130, 60]),
     ("tritanopia", [60, 150, 220], [60, 168, 168]),
 ])  # fmt: skip
 def test_colors_on_a_confusion_line_look_nearly_the_same(vision, one, other):

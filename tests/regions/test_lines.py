@@ -21,10 +21,9 @@ def test_the_lines_of_a_strip():
     # 0---2---4---6
     lines = border_lines(shapes.strip(6), [0, 0, 0, 1, 1, 1])
     assert chains(lines) == {
-        (0, 1): ([4, 3], False),
-        (0, -1): ([3, 1, 0, 2, 4], False),
+        (0, 1): ([4, 3], False), (0, -1): ([3, 1, 0, 2, 4], False),
         (1, -1): ([4, 6, 7, 5, 3], False),
-    }
+    }  # fmt: skip
     assert lines.junctions.tolist() == [3, 4]
     assert lines.lengths == pytest.approx([4, np.sqrt(2), 4])
     assert repr(lines) == "BorderLines(3 lines, 2 junctions)"

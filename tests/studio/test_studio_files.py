@@ -252,9 +252,8 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
     path = tmp_path / "scan.objects.json"
     categories = [
         {"id": 2, "name": "Slab", "isthing": 0, "supercategory": "", "color": [1, 2, 3]},
-        {"id": 12, "name": "wall", "isthing": 1},
-        {"id": 3, "name": "floor"},
-    ]
+        {"id": 12, "name": "wall", "isthing": 1}, {"id": 3, "name": "floor"},
+    ]  # fmt: skip
     path.write_text(json.dumps({"images": [], "categories": categories}))
     assert labeling.read_classes(path)[0]["color"] == "#010203"
     found = [(c["id"], c["name"], "stuff" in c) for c in labeling.read_classes(path)]

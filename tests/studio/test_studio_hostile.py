@@ -23,8 +23,7 @@ from superfacets_studio.web.operations import OPERATIONS
 
 SIZED = {
     "arange", "at", "bincount", "broadcast_to", "cumsum", "empty", "frombuffer",
-    "full", "ones", "reduceat", "repeat", "tile", "zeros",
-    "components", "count_segments",
+    "full", "ones", "reduceat", "repeat", "tile", "zeros", "components", "count_segments",
 }  # fmt: skip
 """Functions that allocate memory, or write to it, as their arguments say."""
 
@@ -224,10 +223,9 @@ AGGREGATION = {
 }  # fmt: skip
 FILES = {
     ".objects.json": objects_of(32, [1, 2, 29], name="b", object=1, iscrowd=0, score=0.5),
-    ".segs.json": {"segIndices": [*range(25)]},
-    ".aggregation.json": AGGREGATION,
+    ".segs.json": {"segIndices": [*range(25)]}, ".aggregation.json": AGGREGATION,
     ".sstk.json": {"segmentation": [{"index": [0] * 32}]},
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("ending", FILES)
@@ -260,7 +258,7 @@ def test_text_and_whole_numbers_in_objects_are_checked(sheet, document):
         ("id", "1", "id must be a whole number, got '1'"),
         ("id", True, "id must be a whole number, got True"),
         ("name", None, "name must be text, got None"),
-    ):
+    ):  # fmt: skip
         content = {**wrong, "categories": [{**wrong["categories"][0], entry: value}]}
         with pytest.raises(MeshError, match=message):
             read_import({"a.objects.json": json.dumps(content).encode()}, document.cells, ())

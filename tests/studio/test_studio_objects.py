@@ -441,8 +441,7 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     assert result.output.splitlines()[1:-1] == [
         "both agree on 88.9 % of the area that both have labeled",
         "IoU there  class  object in MINE  object in THEIRS  object when merged",
-        "0.857      chair",
-        "1.000      chair  1               9                 1",
+        "0.857      chair", "1.000      chair  1               9                 1",
         "0.750      chair  2               2                 2",
         "-          chair  5               -                 5",
         "-          chair  -               5                 6", "0.667      table",
