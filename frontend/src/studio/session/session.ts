@@ -447,7 +447,7 @@ export class Session {
     if (!isDone) this.events.emit("classes", this.state.classes);
   }
 
-  /** Write a file to the folder of the input. An existing file is replaced only if the user agrees. */
+  /** Write a file beside the work file. An existing file is replaced only if the user agrees. */
   async exportTo(format: string, what: string, replace = false): Promise<void> {
     const { fileId } = this;
     try {

@@ -85,7 +85,7 @@ export const en = {
     exportFormat: "Format",
     exportFormatTip: "Format of the file",
     write: "Write a file",
-    writeTip: "Write the file to the folder of the input",
+    writeTip: "Write the file to the folder of the work file",
     download: "Download",
     downloadTip: "Download the file with the browser",
     exportName: "Name of the file",
