@@ -188,7 +188,7 @@ test("the next unlabeled region is the nearest one in view; those chosen before 
   vi.spyOn(session.mesh, "middleOf").mockImplementation((cell) => [cell, 0, 0]);
   vi.spyOn(workbench, "setCursor").mockImplementation((region) => (workbench.cursor = region));
   Object.assign(workbench, { picker: { cellsSeen: () => ({ cells: Uint32Array.of(1, 2, 7, 6) }) } });
-  Object.assign(workbench.drawing, { camera: { target: [5, 0, 0] }, isCut: () => false });
+  Object.assign(workbench.drawing, { camera: { target: [5, 0, 0] } });
   const chosen = (n: number): number[] => Array.from({ length: n }, () => (workbench.showNextBare(), workbench.cursor));
   expect(chosen(4)).toEqual([6, 7, 2, 1]); // in view
   workbench.paintCells(Uint32Array.of(4), ONE);
@@ -206,7 +206,7 @@ test("each press goes to another unlabeled region, also in the next rounds, as l
     camera.target = [region, 0, 0];
   });
   Object.assign(workbench, { picker: { cellsSeen: () => ({ cells: session.regions.labels }) } });
-  Object.assign(workbench.drawing, { camera, isCut: () => false });
+  Object.assign(workbench.drawing, { camera });
   const press = (): number => (workbench.showNextBare(), workbench.cursor);
   const chosen = Array.from({ length: 29 }, press);
   expect(new Set(chosen.slice(0, 8)).size).toBe(8);

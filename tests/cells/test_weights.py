@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -15,16 +16,13 @@ from superfacets.graph.surface import Surface, arc_measures
 from superfacets.paper import superfacet_weights
 from superfacets.weights import formulas as weights_module
 from superfacets.weights.formulas import WEIGHTS, ArcWeights, EdgeFactors, WeightOptions
-from superfacets.weights.formulas import weights_of as weights_of_factors
 
 
 def weights_of(mesh, **options):
     return superfacet_weights(mesh, sf.build_face_graph(mesh), **options)
 
 
-def geodesic_of_fold():
-    """Return the path length: both centroids are 1 from the midpoint of the edge."""
-    return 2.0
+GEODESIC_OF_FOLD = 2.0  # length of the path: both centroids are 1 from the midpoint of the edge
 
 
 def diagonal_of_fold(degrees):
@@ -42,7 +40,7 @@ def diagonal_of_fold(degrees):
     (1e-6, 200 * 1.0 * 2 * 1e-6 / 180),
 ])  # fmt: skip
 def test_a_fold_weighs_what_eq_3_says(degrees, angular):
-    expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+    expected = (GEODESIC_OF_FOLD + angular) / diagonal_of_fold(degrees)
     assert weights_of(shapes.fold(degrees)) == pytest.approx([expected, expected], rel=1e-13)
 
 
@@ -57,8 +55,8 @@ def test_a_slack_is_subtracted_from_angles(degrees, slack):
         factors = EdgeFactors(200.0, 0.2, 0.0, slack=math.radians(slack))
         eta = 1.0 if degrees > 0 else 0.2
         angular = 200 * eta * 2 * max(60 - slack, 0) / 180
-        expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
-        found = weights_of_factors(surface, arrays, factors)
+        expected = (GEODESIC_OF_FOLD + angular) / diagonal_of_fold(degrees)
+        found = weights_module.weights_of(surface, arrays, factors)
         assert found == pytest.approx([expected, expected], rel=1e-9)
 
 
@@ -256,8 +254,8 @@ def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
 def test_large_graphs_get_the_same_lengths_and_coarse_cells_with_less_memory(make):
     graph, surface = graph_and_surface(make(shapes.bumpy_sheet(363)), True, 2)
     arrays, factors = (graph.positions, graph.measures), EdgeFactors(12.0, 0.1, 0.02, 1.0)
-    lengths, unit = graph.quantized(weights_of_factors(surface, arrays, factors), 2, 4.0)
-    found = weights_of_factors(surface, arrays, factors._replace(unit_factor=4.0))
+    lengths, unit = graph.quantized(weights_module.weights_of(surface, arrays, factors), 2, 4.0)
+    found = weights_module.weights_of(surface, arrays, factors._replace(unit_factor=4.0))
     assert (found.unit, found.values.tobytes()) == (unit, lengths.tobytes())
     coarse = []
     for are_shared in (False, True):
@@ -366,7 +364,7 @@ def test_crease_weights_have_the_radius_for_the_edge():
         eta = 1.0 if degrees > 0 else 0.25
         angular = 20 * eta * 7.0 * abs(degrees) / 180  # alpha eta r theta / pi
         weights = sf.crease_weights(mesh, sf.build_face_graph(mesh), 7.0, eta_convex=0.25, ridges=0)
-        expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+        expected = (GEODESIC_OF_FOLD + angular) / diagonal_of_fold(degrees)
         assert weights == pytest.approx([expected, expected])
 
 
@@ -386,7 +384,10 @@ def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
     assert get_args(weights_module.WeightName) == tuple(WEIGHTS)
     option = next(o for o in segment_command.params if o.name == "weights")
     assert option.type.choices == tuple(WEIGHTS)
+    page = Path(__file__).parents[2].joinpath("docs/parameters.md").read_text(encoding="utf-8")
+    texts = {"--weights": option.help, "Weights": sf.Weights.__doc__, "parameters.md": page}
     for name, weight in WEIGHTS.items():
+        assert [where for where, text in texts.items() if name not in text] == [], name
         assert f"- ``{name!r}``: {weight.about.split()[0]}" in sf.segment.__doc__
     paper = WEIGHTS["superfacets"]
     doubled = dataclasses.replace(

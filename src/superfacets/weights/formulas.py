@@ -328,7 +328,7 @@ class Formula:
     """Default values of parameters, keyed by the names of arguments of `segment`."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], ArcWeights]
     """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
-    expected radius of regions, and the parameters of the formula, keyed by name."""
+    radius of regions, and parameters by name, also ``slack`` and ``unit_factor`` of EdgeFactors."""
     has_part_costs: bool = False
     """Whether costs of likely borders and between parts of the shape are added to the weights."""
     has_other_unit: bool = False
