@@ -10,6 +10,12 @@ namespace superfacets {
 // Shape operator: a symmetric matrix that maps a tangent step to the change of the normal.
 struct Bend {
   float xx, xy, xz, yy, yz, zz;
+
+  // Angle in radians by which the normal rotates along a small step.
+  double turn(const Point& step) const {
+    return norm({xx * step.x + xy * step.y + xz * step.z, xy * step.x + yy * step.y + yz * step.z,
+                 xz * step.x + yz * step.y + zz * step.z});
+  }
 };
 
 struct Bends {

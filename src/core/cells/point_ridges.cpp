@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "cells/bending.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {
@@ -137,9 +136,9 @@ class RidgeFinder {
 
 Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
                                        std::span<const Point> normals, const Arcs& arcs,
-                                       std::span<const Cell> order, double radius,
-                                       ThreadTeam& team) {
-  const Bends bends = find_bends(positions, normals, arcs, order, team);
+                                       std::span<const Cell> order, const Bends& bends,
+                                       double radius, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(bends.convex.size() == positions.size());
   const RidgeFinder finder(positions, normals, arcs, bends, radius);
   Buffer<std::uint8_t> is_on(positions.size());
   const auto n_points = std::ssize(order);

@@ -1,9 +1,7 @@
 // Sharp convex edges of a cloud.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "cells/arcs.hpp"
+#include "cells/bending.hpp"
 
 namespace superfacets {
 
@@ -19,7 +17,7 @@ namespace superfacets {
 // A mark depends on the points up to 10 arcs away and on their shape operators.
 Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
                                        std::span<const Point> normals, const Arcs& arcs,
-                                       std::span<const Cell> order, double radius,
-                                       ThreadTeam& team);
+                                       std::span<const Cell> order, const Bends& bends,
+                                       double radius, ThreadTeam& team);
 
 }  // namespace superfacets

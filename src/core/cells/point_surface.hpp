@@ -35,8 +35,11 @@ class PointSurface final : public Surface {
     return {at, areas_[point], areas_[point] * normal, {}, {at, at}};
   }
   std::span<const Cell> order() const { return order_; }
-  Buffer<std::uint8_t> find_ridges(double radius, ThreadTeam& team) const {
-    return find_point_ridges(positions_, normals_, arcs(), order_, radius, team);
+  Bends find_bends(ThreadTeam& team) const {
+    return superfacets::find_bends(positions_, normals_, arcs(), order_, team);
+  }
+  Buffer<std::uint8_t> find_ridges(const Bends& bends, double radius, ThreadTeam& team) const {
+    return find_point_ridges(positions_, normals_, arcs(), order_, bends, radius, team);
   }
 
   // The mean of pi a / (sum of arc lengths) over both points, where a is the area of a point. With
@@ -66,9 +69,10 @@ class PointSurface final : public Surface {
 };
 
 // Computes the weights of arcs with eq. 1-3 (see weights.hpp). The geodesic term (eq. 1) is the
-// distance of the two points. In the angular term (eq. 2), theta is the angle between the normals.
-// Convex angles have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get
-// bit-identical weights.
+// distance of the two points. In the angular term (eq. 2), theta is the angle between the normals
+// if steps are straight, and otherwise the smaller of the angles by which the shape operators at
+// both ends rotate the normal along the step (see Bend). Convex angles have a larger weight on
+// ridges (point_ridges.hpp). An arc and its reverse arc get bit-identical weights.
 WeighedArcs point_weights(const PointSurface& surface, const EdgeFactors& factors,
                           ThreadTeam& team);
 

@@ -38,8 +38,8 @@ def build_point_graph(
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
     radius : float, default 0.0
         Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points. Weights
-        are as in `crease_weights`, with the angles between normals, and 1.6 times the cost of
-        creases, because estimated normals turn over several arcs. With 0, weights are distances.
+        are as in `crease_weights`, with angles of arcs that are estimated from the curvature at
+        both points. With 0, weights are distances.
     alpha, eta_convex
         Same as in `crease_weights`.
     ridges : float, default 0.35
