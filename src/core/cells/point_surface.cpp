@@ -40,9 +40,8 @@ WeighedArcs point_weights(const PointSurface& surface, const EdgeFactors& factor
   const Bends bends = has_bends ? surface.find_bends(team) : Bends{};
   const Buffer<std::uint8_t> is_ridge =
       has_ridges ? surface.find_ridges(bends, factors.crease_length, team) : Buffer<std::uint8_t>();
-  // The smaller of the two angles by which the shape operators at both ends rotate the normal.
   const auto turn = [](const Buffer<Bend>& of, Cell from, Cell to, const Point& step) {
-    return std::min(of[from].turn(step), of[to].turn(step));
+    return std::min({of[from].turn(step), of[to].turn(step), std::numbers::pi});
   };
   const auto cost = [&](Cell from, std::int64_t arc) {
     const Cell to = surface.arcs().targets[arc];
@@ -55,9 +54,8 @@ WeighedArcs point_weights(const PointSurface& surface, const EdgeFactors& factor
       return kOfNormals * factors.angular(angle > 0.0 ? 1.0 : of_convex, length, std::abs(angle));
     }
     const Point step = surface.position(to) - surface.position(from);
-    const double concave = std::min(turn(bends.concave, from, to, step), std::numbers::pi);
-    const double convex = std::min(turn(bends.convex, from, to, step), std::numbers::pi);
-    return kOfBends * factors.angular(1.0, length, concave + of_convex * convex);  // eq. 2
+    const double convex = of_convex * turn(bends.convex, from, to, step);
+    return kOfBends * factors.angular(1.0, length, turn(bends.concave, from, to, step) + convex);
   };
   return weigh_arcs(surface.arcs(), factors.unit_factor, [&](const ArcWriter& writer, auto every) {
     const auto weigh_block = [&](std::int64_t begin, std::int64_t end) {
