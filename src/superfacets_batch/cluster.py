@@ -240,7 +240,7 @@ def _check_workers(client: Any, folder: str) -> None:
         if version != __version__:
             raise other_version(worker, version, __version__)
         if not seen.get(address, True):  # a worker may have ended in between
-            raise ConnectionError(f"{worker} cannot access {folder}: share the folder at this path")
+            raise ConnectionError(f"{worker} cannot access {folder}, which all machines must share")
 
 
 @contextlib.contextmanager

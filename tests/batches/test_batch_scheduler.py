@@ -68,7 +68,7 @@ def test_a_worker_without_the_package_is_named(there, scans, tmp_path, broken):
 
 def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
     with (
-        pytest.raises(ConnectionError, match="access /nowhere: share the folder at this path"),
+        pytest.raises(ConnectionError, match="access /nowhere, which all machines must share"),
         cluster.remote_client(there.address, "/nowhere"),
     ):
         pass

@@ -32,7 +32,7 @@ _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
 REPLACED = "new values replace"
-"""Begin of the items in `Output.lost` that name properties that the file has, with new values."""
+"""Beginning of the items of `Output.lost` on properties that the file has, but with new values."""
 
 _ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
 """Endings of formats that store properties of any name and integers of 64 bits, unlike PLY."""
