@@ -329,9 +329,8 @@ class _Tally:
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = self._n_ended = self._ended_work = 0
-        self._work = {
-            job.name: START_CELLS + InputFile(job.path, job.name).most_cells for job in jobs
-        }
+        sizes = {job.name: InputFile(job.path, job.name).most_cells for job in jobs}
+        self._work = {name: START_CELLS + n_cells for name, n_cells in sizes.items()}
         self._all_work = sum(self._work.values())
         self._began = time.perf_counter()
 

@@ -13,6 +13,7 @@ import time
 import types
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import metadata
 from queue import Empty, SimpleQueue
@@ -49,9 +50,10 @@ class Crew:
     def __init__(self, client: Any) -> None:
         self._client = client
         self._looked, self._seen, self._count = -math.inf, time.monotonic(), 0
-        facts = list(client.run(_facts_of).values())
-        self.n_threads = min(n_threads for n_threads, _ in facts)
-        self.share = min(memory / n_threads for n_threads, memory in facts)
+        limits = client.run(lambda dask_worker: dask_worker.memory_manager.memory_limit)
+        threads = client.nthreads()  # a worker may have ended in between
+        self.n_threads = min(threads.values())
+        self.share = min((limits[at] or math.inf) / threads.get(at, 1) for at in limits)
 
     def run(
         self, jobs: Sequence[BatchJob], *, timeout: float | None, is_alone: bool = False
@@ -154,11 +156,6 @@ def _scheduler_lost() -> ConnectionError:
     return ConnectionError(f"the connection to the Dask scheduler was lost: {advice}")
 
 
-def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads of the calling worker, and its memory limit in bytes."""
-    return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
-
-
 @contextlib.contextmanager
 def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
     """Start workers, which share the memory of this machine and restart; yield their client."""
@@ -168,17 +165,24 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
 
     # By default, a worker that takes 15 seconds to restart is removed for good.
     patient = {"distributed.deploy.lost-worker-timeout": "1 day"}
-    with _silenced(), config.set(patient), _own_settings(), distributed.LocalCluster(
-        n_workers=0, threads_per_worker=n_threads, memory_limit=MEMORY_LIMIT // n_workers,
-        host="127.0.0.1", dashboard_address="127.0.0.1:0", worker_dashboard_address="127.0.0.1:0",
-        silence_logs=logging.CRITICAL + 1, scheduler_kwargs={"allowed_failures": 0},
-    ) as cluster:  # fmt: skip
+    with _silenced(), config.set(patient), _own_settings(), contextlib.ExitStack() as stack:
+        cluster = _entered(
+            stack, distributed.LocalCluster, n_workers=0, threads_per_worker=n_threads,
+            memory_limit=MEMORY_LIMIT // n_workers, host="127.0.0.1",
+            dashboard_address="127.0.0.1:0", worker_dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL + 1, scheduler_kwargs={"allowed_failures": 0},
+        )  # fmt: skip
         cluster.sync(_block_ctrl_c)
-        # First a client, whose start Ctrl-C would cancel together with the start of workers.
-        with distributed.Client(cluster, set_as_default=False) as client:
-            cluster.scale(n_workers)
-            client.wait_for_workers(n_workers, timeout=PATIENCE)
-            yield client
+        client = _entered(stack, distributed.Client, cluster, set_as_default=False)
+        cluster.scale(n_workers)
+        client.wait_for_workers(n_workers, timeout=PATIENCE)
+        yield client
+
+
+def _entered(stack: contextlib.ExitStack, kind: Any, *args: Any, **options: Any) -> Any:
+    """Start a part of Dask in a thread, without Ctrl-C: a half started one hangs as Python ends."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(lambda: stack.enter_context(kind(*args, **options))).result()
 
 
 async def _block_ctrl_c() -> None:
@@ -208,24 +212,21 @@ def _own_settings() -> Iterator[None]:
 def remote_client(address: str, folder: str) -> Iterator[Any]:
     """Connect to a Dask scheduler, check its workers, and yield the client."""
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
-    with _silenced(), _connected(distributed, address) as client:
+    with _silenced(), contextlib.ExitStack() as stack:
+        try:
+            options = {"timeout": CONNECT_TIMEOUT, "set_as_default": False}
+            client = _entered(stack, distributed.Client, address, **options)
+        except (OSError, ValueError) as error:
+            client, reason = None, reason_of(error)
+        if client is None:  # closing it later, while another starts, would cause a deadlock
+            gc.collect()
+            raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise ConnectionError(f"the scheduler at {address} has no workers: start one") from None
         _check_workers(client, folder)
         yield client
-
-
-def _connected(distributed: Any, address: str) -> Any:
-    try:
-        return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-    except (OSError, ValueError) as error:
-        reason = reason_of(error)
-    # Garbage collection closes the failed client now, because closing it later, while another
-    # client starts, would cause a deadlock.
-    gc.collect()
-    raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
 
 
 def _check_workers(client: Any, folder: str) -> None:

@@ -142,8 +142,8 @@ def test_lost_records_end_the_batch_when_no_worker_is_left(monkeypatch):
             raise TimeoutError
 
     class Dask:
-        counts = iter([{"worker": 1}])
-        run = staticmethod(lambda _: {"worker": (1, 1e9)})
+        counts = iter([{"worker": 1}, {"worker": 1}])
+        run = staticmethod(lambda _: {"worker": 1e9})
         submit = staticmethod(lambda *_, **__: Lost())
         nthreads = staticmethod(lambda: next(Dask.counts, {}))
         cancel = staticmethod(lambda _: None)
