@@ -117,11 +117,11 @@ class Prepared:
         graph, longest = arcs.measured(mesh, n_threads)
         return cls(source, weld, n_steps, slack, kind, mesh, graph, longest, order)
 
-    def surface(self, *, n_threads: int) -> Surface:
-        """Return the `Surface` of `source`, whose cells are in the order of the caller."""
+    def graph_and_surface(self, *, n_threads: int) -> tuple[BaseGraph, Surface]:
+        """Return graph and `Surface` of `source`, whose cells are in the order of the caller."""
         if self.input_index is not None or self.n_steps:
-            return graph_and_surface(self.source, self.weld, n_threads)[1]
-        return self.kind.surface(self.source, self.graph, n_threads)
+            return graph_and_surface(self.source, self.weld, n_threads)
+        return self.graph, self.kind.surface(self.source, self.graph, n_threads)
 
     def given_measures(self, n_threads: int) -> Floats:
         """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""

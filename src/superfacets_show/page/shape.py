@@ -135,17 +135,20 @@ class _Outline:
         return np.concatenate([self.places[ends], cells], axis=1, dtype=np.uint32, casting="unsafe")
 
 
-def shape_of(cells: Cells) -> DrawnSurface:
-    """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface."""
+def shape_of(cells: Cells, graph: Any = None) -> DrawnSurface:
+    """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface.
+
+    `graph`, by default built here, is the graph of the cells in their order.
+    """
     kind, threads = kit.kind_of(cells), kit.checked_threads(None)
     drawn = kind.drawn_faces(cells)
     if drawn is None:
-        points = kind.point_graph(cells, threads)
+        points = kind.point_graph(cells, threads) if graph is None else graph
         return DrawnSurface(points.positions, None, None, points.normals, points, None)
     surface, sources = drawn
     if sources is None:
         return _surface_shape(surface, None, None)
-    graph, _ = kind.build_graph(cells, True, threads)
+    graph = kind.build_graph(cells, True, threads)[0] if graph is None else graph
     return _surface_shape(surface, sources.astype(np.uint32), graph)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.kit import Cells, Floats, Ints, atomic_outputs, checked_threads, counted, kind_of
+from superfacets.kit import Cells, Floats, Ints, atomic_outputs, counted, kind_of
 from superfacets_show import Up
 
 from ..labels import classes as labeling
@@ -138,24 +138,20 @@ class Document:
     @cached_property
     def areas(self) -> Floats:
         """Area (or volume) of each cell."""
-        return kind_of(self.cells).measures(self.cells, checked_threads(None))
+        return self.segmenter.surface.measures
 
     @property
     def progress(self) -> float:
         """Labeled fraction of the area, 0 to 1, or of the cells if the total area is 0."""
-        is_done = self.state.paint > 0
-        if self._total > 0:
-            return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
+        is_done, total = self.state.paint > 0, self.areas.sum()
+        if total > 0:
+            return float(min(1.0, np.sum(self.areas, where=is_done) / total))
         return float(np.count_nonzero(is_done) / self.n_cells)
 
     @property
     def statistics(self) -> dict[str, Any]:
         """Entry "statistics" with active time and strokes; empty if they are unknown."""
         return statistics(self.history.effort)
-
-    @cached_property
-    def _total(self) -> float:
-        return float(self.areas.sum())
 
     @property
     def class_list(self) -> ClassList:

@@ -7,7 +7,7 @@ import threading
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -16,7 +16,7 @@ import numpy as np
 
 import superfacets as sf
 from superfacets import kit, segment
-from superfacets.kit import WEIGHTS, Bools, Cells, Ints, Surface
+from superfacets.kit import WEIGHTS, BaseGraph, Bools, Cells, Ints, Surface
 
 from ..labels.coding import CellNumbers
 
@@ -150,10 +150,15 @@ class Segmenter:
         return sf.prepare(self.source)
 
     @cached_property
+    def built(self) -> Future[tuple[BaseGraph, Surface]]:
+        """Graph of the cells in input order, and its `surface`, which the thread builds."""
+        threads = kit.checked_threads(None)
+        return self._worker.submit(lambda: self.prepared.graph_and_surface(n_threads=threads))
+
+    @property
     def surface(self) -> Surface:
-        """Graph and geometry for borders, merging and splits, with cells in input order."""
-        surface: Surface = self.prepared.surface(n_threads=kit.checked_threads(None))
-        return surface
+        """Geometry of the cells in input order, for borders, merging and splits."""
+        return self.built.result()[1]
 
     def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.
@@ -169,8 +174,9 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, task).result()
 
     def base(self, parameters: Parameters) -> UnsplitRegions:
-        """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
-        return self._worker.submit(self._base, parameters, SegmentationTask()).result()
+        """Segment like `run`, but do not cancel it, nor be cancelled; then start `built`."""
+        tasks = self._worker.submit(self._base, parameters, SegmentationTask()), self.built
+        return tasks[0].result()
 
     def divided(self, parameters: Parameters, cells: CellNumbers, n_parts: int) -> Ints:
         """Return the part of each of the given cells, which `segment` divides into `n_parts`."""

@@ -88,13 +88,13 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     clouds, ``normals`` contains packed normals, which are estimates if ``has_normals`` is false. If
     the file has colors, and no texture that can be shown, the arrays of `color_parts` are added.
     """
-    shape = shape_of(document.cells)
+    shape = shape_of(document.cells, document.segmenter.built.result()[0])
     center = document.cells.bounds.mean(axis=0)
     is_z_up = document.source.path.suffix.lower() in FORMATS.z_up and document.up == "auto"
     header = {
         "kind": document.source.kind, "n_cells": document.n_cells, "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
-        "has_normals": _has_normals(document),
+        "has_normals": kind_of(document.cells).has_fronts(document.cells),
         **shape.view_facts(View(up="z" if is_z_up else document.up)),
         "low": [0, 0, 0], "step": [1, 1, 1], "point_size": shape.point_size * shape.diagonal,
         "palette": PALETTE.tolist(), "texture": None, "texture_problem": "",
@@ -114,14 +114,6 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     for name, (array, _) in shape.parts((shape.points - center).astype(np.float32)).items():
         arrays[name] = array
     return packet(header, arrays)
-
-
-def _has_normals(document: Document) -> bool:
-    """Return whether the front of each cell is known; the sign of estimated normals is a guess."""
-    if document.source.kind != "points":
-        return True
-    cloud = kind_of(document.cells).cloud(document.cells)
-    return cloud.normals is not None or cloud.viewpoints is not None
 
 
 def _region_packet(document: Document, query: Body) -> bytes:
