@@ -64,12 +64,18 @@ def share_of_rims(graph, measures, labels):
     return lengths[is_border].sum() / lengths.sum()
 
 
+def rounded(mesh, radius):
+    """Return a box after rounding its edges and corners, and the normals of its vertices."""
+    inner = np.clip(mesh.vertices, mesh.bounds[0] + radius, mesh.bounds[1] - radius)
+    normals = mesh.vertices - inner
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return sf.Mesh(inner + radius * normals, mesh.faces), normals
+
+
 def test_no_region_crosses_a_rounded_edge():
     """Each region has faces of at most one of the six flat sides, whatever the share of fillets."""
-    mesh, radius = subdivided(box(2, 1, 1.2), 4), 0.2
-    inner = np.clip(mesh.vertices, mesh.bounds[0] + radius, mesh.bounds[1] - radius)
-    normals = (mesh.vertices - inner) / np.linalg.norm(mesh.vertices - inner, axis=1)[:, None]
-    labels = sf.segment(sf.Mesh(inner + radius * normals, mesh.faces), 30).labels
+    mesh, normals = rounded(subdivided(box(2, 1, 1.2), 4), 0.2)
+    labels = sf.segment(mesh, 30).labels
     faces, sides = np.nonzero((np.hstack([normals, -normals]) == 1)[mesh.faces].all(axis=1))
     pairs = np.unique(np.stack([labels[faces], sides]), axis=1)
     assert len(pairs.T) == len(np.unique(pairs[0]))
@@ -112,6 +118,14 @@ def is_made_thing(mesh):
     return weighed(mesh)[1].of_made_thing
 
 
+def costs_and_angles(mesh):
+    """Return the cost of the bend at each arc, in the unit of positions, and its angle."""
+    graph, weights = weights_of_parts(mesh)
+    ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
+    costs = weights * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    return costs - np.linalg.norm(ends[1] - ends[0], axis=1), arc_measures(mesh, graph).angles
+
+
 def is_ridge(mesh, **options):
     return weights_of_parts(mesh, **options)[1] != weights_of_parts(mesh, ridges=0.0)[1]
 
@@ -120,13 +134,9 @@ def test_all_bends_of_made_things_cost_the_same():
     gear = shapes.gear(12, 1.0, 0.3, np.zeros(3))
     polygons = sf.PolygonMesh.of_faces(gear.vertices, gear.faces.tolist())
     for mesh in (gear, polygons):
-        graph, weights = weights_of_parts(mesh)
-        ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
-        steps = np.linalg.norm(ends[1] - ends[0], axis=1)
-        prices = weights * np.linalg.norm(np.ptp(mesh.vertices, axis=0)) - steps
-        angles = np.abs(arc_measures(mesh, graph).angles)
-        cost = MADE_FACTOR * WEIGHTS["parts"].defaults["alpha"] * 0.3 / np.pi
-        assert prices == pytest.approx(cost * angles, abs=1e-9)
+        costs, angles = costs_and_angles(mesh)
+        factor = MADE_FACTOR * WEIGHTS["parts"].defaults["alpha"] * 0.3 / np.pi
+        assert costs == pytest.approx(factor * np.abs(angles), abs=1e-9)
         assert np.array_equal(*(weights_of_parts(mesh, n_threads=n)[1] for n in (1, 3)))
 
 
@@ -152,17 +162,6 @@ def prism(n_sides, n_rings, height):
     return sf.Mesh(vertices, np.concatenate([np.stack(corners, 1) for corners in sides + caps]))
 
 
-def rounded_block(radius):
-    """Return a block whose edges and corners are all rounded."""
-    cube = subdivided(shapes.cube(), 5)
-    middle = cube.vertices.mean(axis=0)
-    at = cube.vertices - middle
-    core = np.clip(at, radius - 0.5, 0.5 - radius)
-    away = at - core
-    lengths = np.linalg.norm(away, axis=1, keepdims=True)
-    return sf.Mesh(core + radius * away / np.maximum(lengths, 1e-12), cube.faces)
-
-
 def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing():
     block = subdivided(shapes.drilled_block(), 2)
     single = sf.Mesh(block.vertices.astype(np.float32).astype(float), block.faces)
@@ -173,6 +172,15 @@ def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing(
     assert not is_made_thing(sf.Mesh(np.eye(4, 3), [[0, 1, 3], [1, 2, 3], [2, 0, 3], [2, 1, 0]]))
     bear = sf.sample_mesh(5_000)
     assert not any(map(is_made_thing, (bear, subdivided(bear, 2))))  # most edges are flat
+
+
+def test_at_least_a_quarter_of_the_edges_of_made_things_are_flat():
+    cube = shapes.cube()
+    cubes = shapes.together([cube, sf.Mesh(cube.vertices + 2, cube.faces)])
+    squares = cubes.faces.reshape(12, 6)[:, [0, 1, 2, 5]].tolist()
+    for n in range(13):  # n squares are cut in two, so n of the 24 + n edges are flat
+        faces = [*cubes.faces[: 2 * n].tolist(), *squares[n:]]
+        assert is_made_thing(sf.PolygonMesh.of_faces(cubes.vertices, faces)) == (n >= 8)
 
 
 def share_of_flat_sides(mesh):
@@ -188,10 +196,8 @@ def share_of_flat_sides(mesh):
 
 
 def test_borders_follow_the_ridge_of_an_open_gable_roof():
-    x, y = (axis.ravel() for axis in np.mgrid[0:41, 0:41])
-    corner = np.arange(41 * 40).reshape(40, 41)[:, :-1].ravel()
-    faces = np.stack([corner, corner + 41, corner + 42, corner, corner + 42, corner + 1], axis=1)
-    roof = sf.Mesh(np.column_stack([x, y, -0.3 * np.abs(x - 20)]), faces.reshape(-1, 3))
+    x, y, _ = shapes.flat(40).vertices.T
+    roof = sf.Mesh(np.stack([x, y, -0.3 * np.abs(x - 20)], axis=1), shapes.flat(40).faces)
     is_left = roof.vertices[roof.faces].mean(axis=1)[:, 0] < 20
     labels = sf.segment(roof, 20).labels
     assert not {*labels[is_left]} & {*labels[~is_left]}
@@ -218,7 +224,7 @@ def test_subdivision_does_not_change_the_share_of_flat_sides(n_times):
 
 def test_regions_follow_the_fillets_of_a_block_without_sharp_edges():
     """The areas are 6 flat sides, 12 rounded edges and 8 corners."""
-    block = rounded_block(0.1)
+    block, _ = rounded(subdivided(shapes.cube(), 5), 0.1)
     assert is_made_thing(block)
     areas = sf.build_face_graph(block).measures
     at = block.vertices[block.faces].mean(axis=1) - block.vertices.mean(axis=0)
@@ -236,16 +242,10 @@ def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
     """Edges have angles of 60 degrees, plus or minus rounding errors, in every position."""
     nut = subdivided(prism(6, 1, 1.0), 3)
     for seed in range(6):
-        mesh = turned(nut, seed, 1.0)
-        graph, weights = weights_of_parts(mesh)
-        angles = arc_measures(mesh, graph).angles
+        costs, angles = costs_and_angles(turned(nut, seed, 1.0))
         is_rim = angles < -np.radians(59.9)
-        ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
-        steps = np.linalg.norm(ends[1] - ends[0], axis=1)
-        diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-        prices = weights * diagonal - steps
         limit = WeightOptions.checked("parts", None).crease_limit(0.3)
-        assert np.array_equal(prices >= limit, is_rim)
+        assert np.array_equal(costs >= limit, is_rim)
 
 
 def test_sharp_edges_of_other_shapes_are_not():
