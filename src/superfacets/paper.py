@@ -62,8 +62,8 @@ def segment(
     Returns
     -------
     Segmentation
-        Same as in `superfacets.segment`. Cells that no path reaches form further regions, with
-        ``islands="nearest"`` they join the nearest region. With ``"flood"`` and ``"grid"``, the
+        Same as in `superfacets.segment`. Cells that no path reaches form further regions or, with
+        ``islands="nearest"``, join the nearest region. With ``"flood"`` and ``"grid"``, the
         number of regions may differ from k, too.
 
     Raises

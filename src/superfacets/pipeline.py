@@ -78,7 +78,7 @@ def segment(
         result. The default is ``"geodesic"``; with the weights ``"parts"``, it is ``"curve"`` for
         10,000 or more regions of fewer than 100 faces each.
     mask : array_like of bool, shape (N,) or (V,), optional
-        Faces where the mask is False are left out and get the label -1. From values of vertices, a
+        Faces where the mask is False are left out and get the label -1. With a value per vertex, a
         face gets the most frequent value of its corners.
     barriers : array_like of int, shape (N,), (V,) or (E, 2), optional
         Either one number per face or vertex, so that all faces of a region have the same number; or
@@ -91,7 +91,7 @@ def segment(
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     denoise : int, "auto" or "scan", default "auto"
-        Smoothing steps before creases are measured. Words set it by noise, ``"scan"`` to 5 or more.
+        Smoothing steps for creases; a word estimates their number, with ``"scan"`` at least 5.
     max_num_iter, tol : int, float
         The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
         centers return to an earlier state, or after `max_num_iter` iterations on each level.

@@ -154,8 +154,8 @@ constraint_options = options(
     option("--mask FILE", FILE,
            "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
            " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
-           " -1, or with value -1 (no area) in .label.gii, .annot and .label files. From values"
-           " of vertices, a face follows the majority of its corners."),
+           " -1, or with value -1 (no area) in .label.gii, .annot and .label files. With one"
+           " value per vertex, a face follows the majority of its corners."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"

@@ -120,7 +120,7 @@ class Job:
 def print_report(
     input: str, files: Sequence[str], facts: Mapping[str, Any], text: str, *, has_stream: bool
 ) -> None:
-    """Print `facts` with ``--json``, else a line per file and `text`, unless ``--quiet``.
+    """Print `facts` with ``--json``, nothing with ``--quiet``, else a line per file and `text`.
 
     The report is printed on stderr if stdout is used for the result (`has_stream`).
     """

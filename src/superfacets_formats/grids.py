@@ -70,7 +70,7 @@ class Grid:
         return cls(**arrays, point=data["point"], cell=data["cell"], names=names)
 
     def read(self, source: Input) -> Read:
-        """Return tetrahedra, or faces, or points of a file; raise a MeshError for other volumes."""
+        """Return tetrahedra, faces or points; raise a MeshError for other kinds of volume cells."""
         self._check()
         kinds = np.unique(self.kinds).tolist()
         if others := [kind for kind in kinds if kind not in (*TETS, *_FLAT)]:

@@ -140,7 +140,7 @@ def _records(
 ) -> dict[tuple[bytes, int], bytes]:  # fmt: skip
     """Return `found` and the variable length records in a part of the file.
 
-    Descriptions of extra dimensions are concatenated; of other records, the first counts.
+    Descriptions of extra dimensions are concatenated. Of other records, only the first is used.
     """
     found, place, end = dict(found or {}), part[0], min(part[1], len(data))
     form, head = ("<2x16sHQ", 60) if is_extended else ("<2x16sHH", 54)

@@ -36,7 +36,7 @@ from .mask_votes import SeenSurface, Votes, collect_votes
 from .pinhole_camera import PinholeCamera
 
 MAX_PAIRS = 500_000_000
-"""Maximum of the following sum: for each mask, the squared number of regions in the mask is added.
+"""Maximum of the sum, over all masks, of the squared number of regions in the mask.
 At the maximum, it takes two minutes to find objects. For 100 images of a room with 10,000 regions,
 the sum is 50 million."""
 

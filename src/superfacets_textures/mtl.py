@@ -60,7 +60,7 @@ def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
             blocks.append(_Block(rest))
         elif blocks and keyword and not keyword.startswith("#") and "\0" not in line:
             _add_line(blocks[-1], keyword, rest, partial(_image, beside, folder, known))
-    return {block.name: block.material() for block in reversed(blocks)}  # of several, the first
+    return {block.name: block.material() for block in reversed(blocks)}  # the first of equal names
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:

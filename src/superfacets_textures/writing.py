@@ -51,7 +51,7 @@ class Placer:
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return `path` relative to the folder of the output, or None; its name for a stream."""
+        """Return `path` relative to the folder of the output, or None; for a stream, its name."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -139,7 +139,7 @@ def ply_texture(
 ) -> tuple[list[str], dict[str, Array]]:
     """Return comments that name images, and face properties: texture coordinates and image numbers.
 
-    There are none for a texture of a PLY file, which attributes have, and for polygons.
+    There are none for polygons, and for a texture of a PLY file, which is in the attributes.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]

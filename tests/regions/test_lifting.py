@@ -202,7 +202,7 @@ def test_groups_are_those_of_the_reference(seed):
 
 def test_areas_of_masks_that_do_not_exist_are_refused():
     one, images = np.ones(1, np.int32), np.zeros(1, np.int32)
-    with pytest.raises(ValueError, match="each area must have a region and a mask, an index bel"):
+    with pytest.raises(ValueError, match="each area must have a region and a mask, with indi"):
         MaskedAreas(one * 0, one, np.ones(1), images).groups(1, 0.5)
 
 

@@ -69,8 +69,8 @@ class SurfaceWeigher {
   EdgeSums sums_;
 };
 
-// Minimum share of the area of a flat patch that counts as a flat side whatever its neighbors, such
-// as a side of a gable roof. Triangles of organic meshes have less, even if they are subdivided.
+// Minimum share of the area of a flat patch that counts as a flat side for any neighbors, such as a
+// side of a gable roof. Triangles of organic meshes, even subdivided, have a smaller share.
 constexpr double kLargeShare = 0.02;
 
 // Up to four different neighbors of a flat patch of faces.

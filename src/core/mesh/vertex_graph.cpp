@@ -11,7 +11,7 @@ namespace {
 
 // The neighbors of each vertex, ascending and without duplicates; see build_vertex_graph. `arcs` is
 // empty, or as in smooth_positions. With arcs, faces that have an arc at each side take less time.
-// If all faces have, neighbors are not sorted.
+// If all faces have them, neighbors are not sorted.
 Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> representative,
                            std::span<const std::int64_t> arcs, ThreadTeam& team) {
   const auto add_sides = [=](std::int64_t begin, std::int64_t end, const auto& add) {

@@ -20,8 +20,8 @@ struct AllowedLabels {
 
 // Labels the vertices with kNoLabel, by extending the given labels with Prim's algorithm. The edge
 // with the lowest weight between a labeled and an unlabeled vertex is processed next, if the label
-// is allowed at the unlabeled vertex, which gets this label. Of equal weights, as in planes, edges
-// whose ends have equal hints come first. A vertex that no allowed label reaches keeps kNoLabel.
+// is allowed at the unlabeled vertex, which gets this label. If weights are equal, as in planes,
+// edges whose ends have equal hints come first. Vertices that no label reaches keep kNoLabel.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
                             std::span<const Label> hints, const AllowedLabels& allowed);
 

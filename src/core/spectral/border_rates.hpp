@@ -16,8 +16,8 @@ namespace superfacets {
 // contains coefficients of features, of their products 11, 12, 13, 22, 23, 33, and a constant.
 // Features:
 // - the bend along the arc: the turn of the smoothed normals per length, negative if concave,
-// - the change of the embedding along the arc, relative to the mean change around,
-// - the mean of concave bends around.
+// - the change of the embedding along the arc, relative to the mean change nearby,
+// - the mean of concave bends nearby.
 // Features do not change with the scale of the shape and hardly with its resolution. Normals are
 // smoothed over 1 %, the embedding over 2 %, and means over 4 % of the square root of the area. An
 // arc and its reverse arc get the same value.

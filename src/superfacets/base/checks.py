@@ -108,8 +108,8 @@ def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> 
 def refuse_order(value: Any, expected: str) -> None:
     """Check the place of an argument: raise a TypeError if it belongs to another place.
 
-    `expected` is "a path", "a mesh" or "labels". Apps check with it paths and labels that no other
-    function of this module checks. A path is also accepted as a mesh.
+    `expected` is "a path", "a mesh" or "labels". Apps use it to check paths and labels that no
+    other function of this module checks. A path is also accepted as a mesh.
     """
     given, is_own = expected, type(value).__module__.startswith("superfacets")
     if isinstance(value, (str, os.PathLike)):
@@ -537,7 +537,7 @@ def checked_classes(
 ) -> Ints:
     """Return labels of cells (or of another `noun`), which may have gaps, as a new int32 array.
 
-    Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,).
+    Apps use it to check labels: integers >= 0, or -1 for no label, shape (n,).
     """
     given = _row_of_labels(labels, n, name, n_vertices, noun)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
@@ -567,7 +567,7 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Check a parameter of labels, any integers, and return the result of `ranked_labels`."""
+    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 

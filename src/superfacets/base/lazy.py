@@ -1,4 +1,4 @@
-"""Load what other packages provide, named by strings ``package.module:name``, when it is needed."""
+"""Load objects of other packages, named ``package.module:name``, when they are needed."""
 
 from __future__ import annotations
 

@@ -284,7 +284,7 @@ class Balancer:
 def shared_seeds(
     graph: OrderedGraph, seeds: Ints, components: Ints, n_seeds: int, loop: LoopOptions
 ) -> Ints:
-    """Add and remove seeds until components have numbers of seeds in proportion to their sizes.
+    """Add and remove seeds until each component has a number in proportion to its size.
 
     Each component gets at least one seed or, if ``loop.islands`` is "nearest", each component that
     already has a seed. The result has `n_seeds` seeds, unless there are more components.
@@ -363,7 +363,7 @@ class _Regions:
         return ranks
 
     def farthest(self, lengths: Array) -> Ints:
-        """Return the cell with the longest path, see `lengths`, of each region, or its center."""
+        """Return, for each region, the cell with the longest path in `lengths`, or the center."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)

@@ -82,7 +82,7 @@ class Loop:
             clustering = self._balanced(graph, clustering, 0)  # acts only if not done above
             return clustering.labels(), clustering.centers()
         found = clustering.lengths(), clustering.labels()
-        coarse.append(level)  # the last one; `loops_on_all` is False only if there is one
+        coarse.append(level)  # the last level; `loops_on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, found, centers)
 

@@ -34,9 +34,9 @@ class ArcLengths(NamedTuple):
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    inside: KeptCells | None  # what mask and barriers keep; None if neither is given
+    inside: KeptCells | None  # cells that mask and barriers keep; None if neither is given
     size: RegionSize
-    count_options: CountOptions  # of the caller; `seeds` are indices of cells inside the mask
+    count_options: CountOptions  # as given; but `seeds` are indices of cells inside the mask
     init: AnyInit | Seeds | None
     """Name of the seeding method, initial centers (the same as `count_options.seeds`), or None for
     the default method."""

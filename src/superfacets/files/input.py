@@ -50,12 +50,12 @@ class Input:
     folder: Path | None = None  # folder of other files that the file names; None if there is none
     keep: bool = True  # whether attributes are wanted
     declared: dict[str, str] = field(default_factory=dict)
-    """What became of each declared item; see `MeshAttributes.declared`."""
+    """How each declared item was used; see `MeshAttributes.declared`."""
     _counts: defaultdict[str, int] = field(default_factory=lambda: defaultdict(lambda: 1))
     """Highest suffix that was tried for each item that was declared more than once."""
 
     def declare(self, item: str, became: str = "") -> None:
-        """Declare an item of the file, and what became of it: one of `TAKEN`, or a reason."""
+        """Declare an item of the file, and how it was used: one of `TAKEN`, or why it was not."""
         self.declared[self._new(item)] = became
 
     def _new(self, item: str) -> str:

@@ -78,7 +78,7 @@ class ConstraintOptions:
         return ConstraintOptions(of_cells(self.mask, source), of_cells(self.barriers, source))
 
     def groups_of_vertices(self, source: Any) -> Ints | None:
-        """Return the number of each vertex >= 0, -1 outside the mask; None if they are of cells."""
+        """Return a number >= 0 per vertex, -1 outside the mask; None if all values are per cell."""
         has_mask, has_barriers = (fit_vertices(x, source) for x in (self.mask, self.barriers))
         if not (has_mask or has_barriers):
             return None

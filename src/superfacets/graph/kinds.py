@@ -181,13 +181,13 @@ class Kind:
     def seen_cells(
         drawn: DrawnFaces, views: Floats, sizes: Ints, n_threads: int
     ) -> tuple[Ints, Floats, Ints]:
-        """Return the visible cell, or -1, and its area in each pixel of n images, and seen cells.
+        """Return the visible cell (or -1) and its area per pixel of n images, and all seen cells.
 
         `drawn` is the result of `drawn_faces`. A row of `views`, (n, 13), is a matrix (3, 4) that
         maps (x, y, z, 1) to depth * (u, v, 1), with pixel (u, v), and the product of the focal
-        lengths in pixels. `sizes`, (n, 2) int32, are width and height of images, whose pixels are
-        returned row by row. An area is 0 if no cell is visible, or if the angle between surface and
-        line of sight is below 6 degrees.
+        lengths in pixels. `sizes`, (n, 2) int32, has the width and height of each image, and pixels
+        are returned row by row. An area is 0 if no cell is visible, or if the angle between the
+        surface and the line of sight is below 6 degrees.
         """
         if views.shape != (len(sizes), 13) or sizes.shape != (len(views), 2) or sizes.min() < 1:
             raise ValueError("views and sizes must have a row of 13 and of 2 numbers per image")
@@ -239,7 +239,7 @@ class _Polygons(Kind):
         normals = surface.single_normals()
         if handle.is_inside_out:
             np.negative(normals, out=normals)
-        if graph.has_turns:  # which of two inconsistent neighbors is right is not known
+        if graph.has_turns:  # it is unknown which of two inconsistent neighbors is right
             normals[graph.sources[graph.same_turn != 0]] = 0.0
         return normals
 
@@ -423,7 +423,7 @@ def fit_vertices(values: Any, cells: Any) -> bool:
 
 
 def are_of_vertices(labels: Sized, cells: Any, name: str = "labels") -> bool:
-    """Return whether there is one label per vertex, not per cell; raise a MeshError if neither."""
+    """Return whether labels are per vertex, not per cell; raise a MeshError for other numbers."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
     if len(labels) in (cells.n_cells, n_vertices):
         return len(labels) != int(cells.n_cells)

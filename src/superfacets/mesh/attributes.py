@@ -255,7 +255,7 @@ def is_name(name: object) -> bool:
 
 
 def found_name(stored: Mapping[str, Array], name: str) -> str:
-    """Return the name of a property in `stored` that is `name` but for spaces, or else `name`."""
+    """Return the name in `stored` that equals `name` except for spaces, or else `name`."""
     words = {"_".join(key.split()): key for key in stored}
     return name if name in stored else words.get("_".join(name.split()), name)
 

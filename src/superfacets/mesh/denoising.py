@@ -118,8 +118,8 @@ def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMes
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Small angles remain and stretch regions on regular grids; it is 0 for other meshes and few
-    steps.
+    Small angles remain and stretch regions on regular grids; the result is 0 for other meshes,
+    and for few steps.
     """
     degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0

@@ -204,7 +204,7 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
 
 
 def achievable_iou(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the mean intersection over union (IoU) of true segments, if labels are per region.
+    """Return the mean intersection over union (IoU) of true segments, with one label per region.
 
     Each region gets the label of the true segment with which it has the largest overlap. The IoU of
     a segment is the area in it that gets its label, divided by the area that is in it or gets its

@@ -118,7 +118,7 @@ def _targets(sums: Floats, pairs: Longs, floor: float, n_few: int) -> Longs:
     chosen = np.flatnonzero((differences < 1) | are_few[pairs].any(axis=0))
     chosen = chosen[np.lexsort((-differences[chosen], first[chosen]))]
     best = each.copy()
-    best[first[chosen]] = second[chosen]  # of several values, numpy assigns the last one
+    best[first[chosen]] = second[chosen]  # numpy assigns the last of several values
     targets = np.where(best[best] == each, np.minimum(best, each), each)
     targets = np.where(are_few & ~are_few[best], targets[best], targets)
     return np.unique(targets, return_inverse=True)[1]

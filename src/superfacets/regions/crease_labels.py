@@ -203,7 +203,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
         sizes = np.bincount(pieces, minlength=n_pieces)
         order = divided[np.lexsort((-divided, sizes[divided]))]
         largest = np.empty(int(part_of_piece.max()) + 1, np.int64)
-        largest[part_of_piece[order]] = order  # of equal indices, the last assignment holds
+        largest[part_of_piece[order]] = order  # if indices are equal, the last value counts
         is_stray[largest[part_of_piece[divided]]] = False
     return is_stray[pieces]
 

@@ -173,7 +173,7 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return face, number in the face, and opposite region of each side at a border.
+    """Return the face, the number in it, and the opposite region of each side at a border.
 
     It is a side of the lower region. At the boundary and at faces without a region, the opposite
     region is `NO_REGION`.

@@ -72,7 +72,7 @@ def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
 
 
 def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
-    """Return the weighted mean of each region, (K, F); of equal values, exactly this value."""
+    """Return the weighted mean of each region, (K, F), which is exact if all values are equal."""
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]

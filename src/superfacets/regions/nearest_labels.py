@@ -53,7 +53,7 @@ def transfer(
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
         The labeled cells. The distance to a face is the distance to its nearest point. The distance
-        to a tetrahedron is 0 inside. The distance to a cell of a graph is that to its position.
+        to a tetrahedron is 0 inside. The distance to a cell of a graph is the one to its position.
     labels : array_like of int, shape (N,) or (V,)
         Label of each cell, any integer >= -1 (-1: no label). With the labels ``range(N)``, the
         results are indices of cells. With one label per vertex, a mesh is the cloud of its

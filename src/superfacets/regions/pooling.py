@@ -54,8 +54,8 @@ def pool(
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
         integral over the region. If neither `mesh` nor `measures` is given, all cells count the
         same. ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the integer or bool
-        with the largest total area, the lowest of several; -1 is unknown and does not count, and a
-        region of unknown values gets -1.
+        with the largest total area, or the lowest of several; -1 is unknown and does not count, and
+        a region of unknown values gets -1.
     mesh : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, whose areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional

@@ -75,8 +75,8 @@ class RegionGraph:
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1; 0 for a superpoint without a cell.
     centers : ndarray of int32, shape (K,)
-        Center of each region that `region_graph` got, or else the cell nearest to the centroid (of
-        several, the lowest index); -1 for a superpoint without a cell.
+        Center of each region that `region_graph` got, or else the cell nearest to the centroid (the
+        lowest of several); -1 for a superpoint without a cell.
     edge_index : ndarray of int32, shape (2, E)
         The two regions of each pair of neighbors, the lower region first. Pairs are sorted.
     border_lengths : ndarray of float64, shape (E,)

@@ -16,7 +16,7 @@ class MaskedAreas(NamedTuple):
     regions: Ints  # (A,) region of each area, from 0
     masks: Ints  # (A,) mask of each area, as an index into `image_of`
     areas: Floats  # (A,) area of the region that is visible in the mask, > 0
-    image_of: Ints  # (M,) image of each mask, ascending
+    image_of: Ints  # (M,) image of each mask, in ascending order
 
     def groups(self, n_regions: int, least: float) -> Ints:
         """Return the group of each region, (n_regions,), numbered by their lowest regions.
@@ -27,7 +27,7 @@ class MaskedAreas(NamedTuple):
         """
         for found, n in ((self.regions, n_regions), (self.masks, len(self.image_of))):
             if len(found) != len(self.areas) or not np.all((found >= 0) & (found < n)):
-                raise ValueError(f"each area must have a region and a mask, an index below {n}")
+                raise ValueError(f"each area must have a region and a mask, with indices below {n}")
         order = np.lexsort((self.masks, self.regions))
         offsets = np.searchsorted(self.regions[order], np.arange(n_regions + 1))
         return _core.join_by_masks(

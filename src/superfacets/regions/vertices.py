@@ -43,8 +43,8 @@ def vertex_labels(
         Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
     method : {"creases", "majority"}
         ``"majority"``: A vertex gets the label with the largest total area (volume for tetrahedra)
-        around it; of equal areas, the lowest label. Vertices of a region may be unconnected, and a
-        region may have no vertices. Vertices are not welded.
+        around it; if areas are equal, the lowest label. Vertices of a region may be unconnected,
+        and a region may have no vertices. Vertices are not welded.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
         the same label; other vertices get a label of their cells (see Notes). Each region has at
@@ -81,7 +81,7 @@ def vertex_labels(
     is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
     x_j) > 0. In a volume, all weights are equal. Of all edges from labeled to unlabeled vertices,
     the one with the lowest weight passes its label on next, if a cell of the unlabeled vertex has
-    this label. Of equal weights, edges whose ends have the same label by ``"majority"`` come first.
+    this label. If weights are equal, edges whose ends have one label by ``"majority"`` come first.
     So borders are in concave creases. Afterwards, only disconnected and small regions change.
 
     References
@@ -133,7 +133,7 @@ def groups_of_result(labels: Any, cells: Any) -> Ints | None:
 def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     """Convert labels of vertices to labels of cells.
 
-    A cell gets the most frequent label of its corners, and of several the lowest. Cells of a region
+    A cell gets the most frequent label of its corners, or the lowest of several. Cells of a region
     may be unconnected even if its vertices are connected, and a thin region may have no cells.
 
     Parameters

@@ -60,8 +60,8 @@ def add_borders(
 ) -> None:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    Costs are added in place to two arrays: `lengths` of all arcs, and those in `arcs`, which has
-    the arcs inside the mask. The graphs `ordered` and `grouped.begun` get new lengths, too.
+    Costs are added in place to two arrays: `lengths` of all arcs, and the lengths in `arcs`, which
+    has the arcs inside the mask. The graphs `ordered` and `grouped.begun` get new lengths, too.
     """
     levels, begun, inside = grouped.levels, grouped.begun, weighed.plan.inside
     if grouped.normals is None:

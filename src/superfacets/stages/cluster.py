@@ -34,7 +34,7 @@ MAX_SPREAD = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Clustered:
-    """Regions of the cells inside the mask, and what decides about their borders."""
+    """Regions of the cells inside the mask, and the data that determine their borders."""
 
     result: Segmentation
     goals: Goals | None  # target sizes of regions; None if sizes are not restricted

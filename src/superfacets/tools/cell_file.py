@@ -102,7 +102,7 @@ class CellFile:
         """
         if path.suffix.lower() == ".npz":
             advice = "superfacets levels -o OUT.npy writes a file per level, and view shows .npz"
-            raise MeshError(f"{path}: .npz is no format of labels: {advice}")
+            raise MeshError(f"{path}: .npz is not a format of labels: {advice}")
         ending = known_ending(path, FORMATS.labels)
         labeled = CellFile(str(path), read_content(path), ending, path.parent)
         n_vertices = getattr(cells, "n_vertices", None)

@@ -152,7 +152,7 @@ class CellData:
         return table
 
     def _properties(self, names: Sequence[str], at_vertices: bool = False) -> Floats | None:
-        """Return properties of faces, or all of vertices, as one row per cell; None if missing.
+        """Return properties of faces, or else of vertices, with a row per cell; None if missing.
 
         If `at_vertices`, properties of vertices have one row per vertex. A name may be the path of
         a file with one number per cell or vertex.

@@ -39,7 +39,7 @@ class InputFile:
     name: str  # path relative to the input folder, with forward slashes on all platforms
 
     MARK: ClassVar[str] = ".superfacets"
-    """Marker in the names of results. Files with this marker in a folder are no inputs."""
+    """Marker in the names of results. Files with this marker in a folder are not inputs."""
 
     @staticmethod
     def find(inputs: StrPath | Iterable[StrPath]) -> list[InputFile]:

@@ -86,8 +86,8 @@ class Subdivision:
         Returns
         -------
         ndarray of int64, shape (number of old faces,)
-            The label that covers the largest area of each old face; of equal areas, the lowest
-            label. Some labels may not occur.
+            The label that covers the largest area of each old face; if areas are equal, the
+            lowest label. Some labels may not occur.
 
         Examples
         --------

@@ -32,7 +32,7 @@ def build_point_graph(
     cloud : PointCloud or cloud-like
         Same as in `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors of each point. Of equal distances, lower indices come first.
+        Number of nearest neighbors of each point. If distances are equal, lower indices come first.
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.

@@ -24,7 +24,7 @@ radius of a region. Larger weights hardly help: on three slightly smoothed color
 borders of 200 regions contain 70 % of the image edges with a weight of 5, and 71 % with 20."""
 
 CONSTANT = 1e-12
-"""Standard deviation, as a fraction of the largest value, up to which a feature is constant."""
+"""Standard deviation, relative to the largest value, up to which a feature counts as constant."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,9 +65,9 @@ increase linearly. The fraction is 0 for surfaces without concave edges and ridg
 convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
 
 BORDER_COEFFICIENTS = np.array([-0.2, 3.48, 7.67, 0.98, -0.94, -0.02, 1.31, 2.74, -7.74, -5.52])
-"""Coefficients of the rate of borders (see `_core.border_rates`). Each is the mean of two values:
-research/border_rates.py fits one to borders that people drew, and research/tune.py finds the other,
-with which alone areas vary more on smooth bodies with sharp creases."""
+"""Coefficients of the rate of borders (see `_core.border_rates`). Each is the mean of two values.
+research/border_rates.py fits one to borders that people drew, and research/tune.py finds the other.
+With the latter alone, areas vary more on smooth bodies with sharp creases."""
 
 
 class ConductingGraph(NamedTuple):
@@ -99,7 +99,7 @@ def strength_of_parts(level: ConductingGraph) -> float:
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return the length of all arcs divided by that in the embedding, or 0 if the latter is 0."""
+    """Return the length of all arcs, divided by their length in the embedding; 0 if that is 0."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)

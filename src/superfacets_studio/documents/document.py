@@ -565,7 +565,7 @@ def merged_work(
     class get their label from `theirs`; with `prefer_theirs`, so do cells whose labels differ. If a
     work file belongs to a folder whose meshes share classes, `shared` has the classes for both work
     files; empty lists are read from the folders. If `mine` is None, `output` is a copy of `theirs`,
-    or new work with its labels if my class numbers are others.
+    or new work with its labels if my class numbers differ.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

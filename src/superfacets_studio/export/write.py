@@ -107,7 +107,7 @@ def write_export(
     document: Document, what: str, format: str | None, *, folder: Path | None = None,
     replace: bool = False,
 ) -> Path:  # fmt: skip
-    """Write an export to a folder, by default that of the work file; return its path.
+    """Write an export to a folder, by default the folder of the work file; return its path.
 
     If `format` is None, the first of the formats in `formats_of` is used.
 

@@ -51,7 +51,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     `files` maps file names to contents. `known` is the current list of classes.
 
     ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell or vertex, and ``.segs.json``
-    files one label per vertex. From labels of vertices, a cell gets the most frequent label of its
+    files one label per vertex. With labels of vertices, a cell gets the most frequent label of its
     corners. An ``.sstk.json`` file may contain several segmentations; the first is read, because it
     is the finest. Each label is the number of a class; 0 and -1 mean no class.
 
@@ -143,7 +143,7 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label at the corners of each cell; of several, the lowest."""
+    """Return the most frequent label at the corners of each cell, or the lowest of several."""
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
     kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     ids, ranks = np.unique(of_vertices, return_inverse=True)  # ids of other tools may be large

@@ -129,7 +129,7 @@ class GltfScene(Gltf):
     def declare_others(self, source: Input, fates: Mapping[str, str], shown: Sequence[int]) -> None:
         """Declare what the document has besides materials.
 
-        `fates` are what became of attributes of vertices, and `shown` are the modes of primitives
+        `fates` says how attributes of vertices were used, and `shown` are the modes of primitives
         that were read.
         """
         for name in ("animations", "cameras", "lights"):
@@ -158,7 +158,7 @@ class GltfScene(Gltf):
     def read(self) -> tuple[Floats, Array, list[tuple[str, Array]], list[tuple[str, Array]]]:
         """Return vertices and faces, and properties of vertices and of faces.
 
-        Meshes are in the order of the file, each for every node. Primitives of one mesh that use
+        Meshes are in the order of the file, with a copy per node. Primitives of one mesh that use
         the same positions share vertices. Without triangles, all points of the scene are vertices.
         """
         if not self.visits:
@@ -339,7 +339,7 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
 
 
 def _product(above: Floats, matrix: Floats) -> Floats:
-    """Return the products of matrices; unlike `@`, it adds in one order on all machines."""
+    """Multiply matrices; unlike `@`, this function adds in the same order on all machines."""
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         product: Floats = (above[..., np.newaxis] * matrix[..., np.newaxis, :, :]).sum(axis=-2)
     return product

@@ -110,7 +110,7 @@ class Gltf:
 
     @staticmethod
     def extension(item: dict[str, Any], *names: str) -> dict[str, Any] | None:
-        """Return the first of these extensions of an object that there is, or None."""
+        """Return the first of these extensions that an object has, or None."""
         extensions = item.get("extensions")
         named = extensions if isinstance(extensions, dict) else {}
         return next((named[name] for name in names if isinstance(named.get(name), dict)), None)
@@ -256,7 +256,7 @@ def _content_of(
     buffer: dict[str, Any], index: int, binary: memoryview, folder: Path | None,
     files: dict[Path, memoryview],
 ) -> memoryview:  # fmt: skip
-    """Return the bytes of a buffer: of a data URI, the binary chunk, or one of `files`, a cache.
+    """Return the bytes of a buffer, from a data URI, the binary chunk, or the cache `files`.
 
     The fallback of a buffer packed by meshopt has no bytes; some writers do not mark it.
     """

@@ -85,9 +85,9 @@ def read_labels(
 def parse_labels_of(
     cells: Cells, source: Input, name: str, *, at_vertices: bool = False
 ) -> tuple[Ints, bool]:
-    """Return the labels in the file of `cells`, and whether they are of vertices.
+    """Return the labels in the file of `cells`, and whether they belong to vertices.
 
-    Labels of vertices are returned as they are if `at_vertices`. Otherwise, a cell gets the most
+    If `at_vertices`, labels of vertices are returned unchanged. Otherwise, a cell gets the most
     frequent label of its corners.
     """
     labels, are_of_vertices = parse_labels(source, None, name)

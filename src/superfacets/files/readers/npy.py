@@ -79,7 +79,7 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
     match json.loads(_NOT_JSON.sub("", plain)):
         case {"descr": str(kind), "fortran_order": bool(is_fortran), "shape": [*shape], **others}:
             are_integers = all(type(side) is int for side in shape)
-            if are_integers and not others and "," not in kind:  # a comma is of structured types
+            if are_integers and not others and "," not in kind:  # a comma means a structured type
                 return tuple(shape), np.dtype(kind), is_fortran
     expected = "expected descr, a type such as '<i4', fortran_order, and shape, a tuple of integers"
     raise ValueError(f"{expected}, got {text.strip()}")

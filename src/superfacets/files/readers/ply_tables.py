@@ -145,7 +145,7 @@ class Table(NamedTuple):
 def read_tables(header: Header, data: Content) -> list[Table]:
     """Return the tables of all elements, in the order of the header; sizes are checked before.
 
-    An element whose lists have one length is read as one array, another one row by row.
+    An element whose lists have one length is read as one array, all others row by row.
     """
     if not header.byte_order:
         return _read_text(header, data)

@@ -74,7 +74,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
           (Gmsh) and ``.mesh`` (Medit; both need the extra ``mesh``).
 
         ``.gz`` may follow the ending. Groups, objects and all meshes of the default scene of a glTF
-        file form one mesh, each mesh once per node or instance, posed by skins and morph weights.
+        file form one mesh, with a copy per node or instance, posed by skins and morph weights.
         Strips and fans become triangles. A glTF file may refer only to files in its folder or in
         subfolders.
 

@@ -32,7 +32,7 @@ _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
 REPLACED = "new values replace"
-"""Beginning of the items of `Output.lost` on properties that the file has, but with new values."""
+"""Beginning of items of `Output.lost` about properties that new values in the file replace."""
 
 _ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
 """Endings of formats that store properties of any name and integers of 64 bits, unlike PLY."""
@@ -118,8 +118,8 @@ class Output:
     label_name: str = "label"
     ascii: bool = False
     path: Path | None = None  # path of the output file; None for a stream
-    taken: set[str] = field(default_factory=set)  # what the writer stores of the attributes
-    changed: list[str] = field(default_factory=list)  # what it stores in another way, and how
+    taken: set[str] = field(default_factory=set)  # attributes that the writer stores
+    changed: list[str] = field(default_factory=list)  # what is stored in another form, and how
 
     def properties(self, owner: str, own: Mapping[str, Any] | None = None) -> dict[str, Array]:
         """Return the properties of the "vertex" or the "face" to write, and mark them as stored.

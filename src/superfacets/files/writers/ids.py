@@ -47,7 +47,7 @@ class IdWriter:
     """Segments that replace the labels of vertices: the segment id of each vertex, (V,), or -1; the
     object of each segment, (K,), in ascending order of ids, or -1; and the ``.segs.json`` file that
     contains the ids."""
-    segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
+    segments_file: Path | None = None  # the ``.segs.json`` file that is written with this file
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
     groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
     finer: Ints | None = None  # labels of a finer level, which are converted to labels of vertices
