@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
 EXIT_INTERRUPTED = 130  # exit status after Ctrl-C, as in shells
-
 INTERRUPTED = "interrupted"  # message after Ctrl-C
-
+# Signals that end the command as Ctrl-C does. Windows has no SIGHUP.
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
-
-GRACE = 3.0
-"""Seconds allowed for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
+GRACE = 3.0  # seconds for cleaning up after a signal; ending worker processes takes 0.3 seconds
 
 
 def end_at_signals() -> None:
@@ -39,17 +37,22 @@ def hear_signals() -> None:
     for number in (signal.SIGINT, *_ENDING):
         if signal.getsignal(number) is _end:
             signal.signal(number, _interrupt if number in _ENDING else signal.default_int_handler)
+    sys.unraisablehook = _raise_again
 
 
 def _interrupt(*_: object) -> NoReturn:
     for number in _ENDING:
         if signal.getsignal(number) is _interrupt:
-            signal.signal(number, _ignore)
+            signal.signal(number, lambda *_: None)  # child processes would inherit SIG_IGN
     raise KeyboardInterrupt
 
 
-def _ignore(*_: object) -> None:
-    """Ignore a signal. Unlike SIG_IGN, this handler is not inherited by child processes."""
+def _raise_again(ignored: sys.UnraisableHookArgs) -> None:
+    """Repeat a KeyboardInterrupt that Python has ignored, such as one raised in a finalizer."""
+    if issubclass(ignored.exc_type, KeyboardInterrupt):
+        threading.Timer(0.1, _thread.interrupt_main).start()  # this function would ignore it, too
+    else:
+        sys.__unraisablehook__(ignored)
 
 
 @contextlib.contextmanager
@@ -88,7 +91,6 @@ def _end(*_: object) -> NoReturn:
 
 
 T = TypeVar("T")
-
 _NAME = "superfacets-work"  # name of the threads of `run_in_background`
 
 
@@ -98,29 +100,28 @@ def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
     If `is_shown`, a terminal shows progress meanwhile. A KeyboardInterrupt ends only the waiting:
     the thread continues until the process ends. Therefore `work` must not write files.
     """
+    from concurrent.futures import Future  # slow to import
+
     import click  # importing it earlier would end the process differently on Ctrl-C
 
     from .progress import Progress
 
-    results: list[T] = []
-    errors: list[BaseException] = []
+    found: Future[T] = Future()
     context = click.get_current_context(silent=True)
 
     def body() -> None:
         try:
             with context.scope(cleanup=False) if context else contextlib.nullcontext():
-                results.append(work())
+                found.set_result(work())
         except BaseException as error:
-            errors.append(error)
+            found.set_exception(error)
 
     thread = threading.Thread(target=body, name=_NAME, daemon=True)
     thread.start()
     with Progress() if is_shown else contextlib.nullcontext():
         while thread.is_alive():
             thread.join(0.1)  # without a timeout, Windows blocks Ctrl-C
-    if errors:
-        raise errors.pop()
-    return results.pop()
+    return found.result()
 
 
 def is_busy() -> bool:

@@ -56,6 +56,11 @@ main()
 """Program that runs the command, and sends a signal when a module is imported."""
 
 
+def run_code(code, *arguments):
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 @pytest.mark.parametrize(
     ("name", "sent"),
@@ -67,19 +72,23 @@ main()
 )  # fmt: skip
 def test_a_signal_while_the_command_is_imported_ends_it_as_later(sheet, name, sent):
     code = INTERRUPTED.replace("NAME", name).replace("SENT", sent)
-    command = [sys.executable, "-c", code, "segment", str(sheet)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    ended = run_code(code, "segment", str(sheet))
     assert (ended.returncode, ended.stdout) == (130, "")
     assert ended.stderr == "superfacets: error: interrupted\n"
+
+
+def test_ctrl_c_in_a_finalizer_is_not_lost():
+    code = "import os, signal, time; from superfacets_cli import interrupts as i; i.hear_signals()"
+    code += "; type('', (), {'__del__': lambda _: os.kill(os.getpid(), signal.SIGINT)})()"
+    code += "; [time.sleep(0.1) for _ in range(20)]"
+    assert run_code(code).stderr.endswith("KeyboardInterrupt\n")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 def test_ctrl_c_is_not_heard_where_it_is_ignored(sheet):
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)" + INTERRUPTED
     code = code.replace("NAME", "click").replace("SENT", "SIGINT")
-    command = [sys.executable, "-c", code, "info", str(sheet)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "1152" in ended.stdout
+    assert "1152" in run_code(code, "info", str(sheet)).stdout
 
 
 def test_the_command_is_installed():
@@ -123,9 +132,7 @@ def loaded_by(*arguments):
         "atexit.register(lambda: print(*set(sys.modules) - before))\n"
         "main()"
     )
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    return set(printed.splitlines()[-1].split())
+    return set(run_code(code, *map(str, arguments)).stdout.splitlines()[-1].split())
 
 
 def test_help_imports_no_command():
@@ -215,10 +222,9 @@ def test_shells_get_their_completion(shell):
     command = [sys.executable, "-c", "import sys; sys.argv[0] = 'superfacets'\n" + COMMAND[-1]]
     source = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert "_superfacets_completion" in source.stdout
-    environment = {**os.environ, "_SUPERFACETS_COMPLETE": f"{shell}_complete",
-                   "COMP_WORDS": "superfacets segment --init g", "COMP_CWORD": "3"}  # fmt: skip
-    if shell == "fish":
-        environment["COMP_CWORD"] = "g"
+    environment = {**os.environ, "_SUPERFACETS_COMPLETE": f"{shell}_complete"}
+    environment["COMP_WORDS"] = "superfacets segment --init g"
+    environment["COMP_CWORD"] = "g" if shell == "fish" else "3"
     found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert re.findall(r"geodesic|grid|farthest|flood", found.stdout) == ["geodesic", "grid"]
 
@@ -247,7 +253,5 @@ def test_a_warning_of_a_library_is_a_note_of_one_line():
     code = "from superfacets_cli import main as m\n"
     code += f"m.commands.main = lambda **_: exec({call!r})\nm.main()"
     for options, expected in (((), "superfacets: note: bad EXIF data\n"), (("-q",), "")):
-        command = [sys.executable, "-c", code, *options]
-        assert (
-            subprocess.run(command, capture_output=True, text=True, check=True).stderr == expected
-        )
+        ended = run_code(code, *options)
+        assert (ended.returncode, ended.stderr) == (0, expected)
