@@ -194,6 +194,7 @@ def test_help_is_short_and_help_all_has_every_option(run):
         text, whole = run(name, "-h")[1], run(name, "--help-all")[1]
         assert text == run(name, "--help")[1]
         assert text.count("\n") <= (40 if name == "segment" else 50)
+        assert all(word in text for usual in FORMATS.usual_outputs.items() for word in usual)
         for each in command.params:
             if isinstance(each, click.Option):
                 assert each.opts[0] in whole
