@@ -468,9 +468,8 @@ def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
     )
     with pytest.raises(sf.MeshError, match=hint):
         sf.segment(sheet, 3, features="color")
-    with pytest.raises(
-        sf.MeshError, match="features heat: the mesh has no property heat: it has normals, height"
-    ):
+    hint = "the mesh has no property heat: it has normals, height; or name a file, such as heat.npy"
+    with pytest.raises(sf.MeshError, match=f"features heat: {hint}"):
         sf.segment(sheet, 3, features="heat")
     sf.write_mesh(tmp_path / "plain.ply", sheet)
     with pytest.raises(

@@ -102,7 +102,7 @@ def batch(
         Folder of the results, created if it is missing. ``manifest.jsonl`` has one record per file.
         Results, such as ``NAME.superfacets.ply``, are in the same subfolder as their input.
     formats : sequence of str, optional
-        Formats of the results, such as ``"ply"`` or ``"npy"``. Default: PLY; VTU for tetrahedra.
+        Formats of the results, such as ``"npy"``. Default: LAS, LAZ or VTU as the input, or PLY.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
         the same version of the package, and access to all files at the same paths.

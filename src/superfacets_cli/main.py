@@ -138,10 +138,10 @@ def _is_input(text: str) -> bool:
 
 
 def _in_python(name: str) -> str | None:
-    """Return advice on the Python function with the name of a command or an option, or None."""
+    """Return advice if one Python function has the words of a command or an option, else None."""
     words = name.strip("-").replace("-", "_")
-    found = [each for each in dir(sys.modules["superfacets"]) if f"{each}_".startswith(f"{words}_")]
-    return f"in Python: superfacets.{found[0]}" if found else None
+    found = [each for each in dir(sys.modules["superfacets"]) if f"_{words}_" in f"_{each}_"]
+    return f"in Python: superfacets.{found[0]}" if len(found) == 1 else None
 
 
 @click.group(

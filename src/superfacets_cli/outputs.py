@@ -37,7 +37,8 @@ def to_option(names: str = "--to") -> opts.Decorator:
     return option(
         f"{names} formats FORMAT", opts.Listed(click.Choice([*FORMATS.ending_of])),
         "Output format when -o is a folder or omitted, or several, separated by commas (see"
-        " superfacets formats).  [default: ply; vtu for tetrahedra]", multiple=True,
+        " superfacets formats).  [default: las for .las, laz for .laz, vtu for .vtu, .vtk, .msh and"
+        " .mesh, ply for others]", multiple=True,
     )  # fmt: skip
 
 
@@ -47,7 +48,7 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
         output_option(
             f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
             " for standard output; may be given several times."
-            f"  [default: {name}.superfacets.ply beside {name}]"
+            f"  [default: {name}.superfacets.FORMAT beside {name}, see --to]"
         ),
         to_option(),
         opts.labels_named_option,
@@ -150,7 +151,7 @@ def plan_jobs(
     `inputs` are files, or one ``-``. `given` are options of the command. Its `outputs` are files, a
     folder, or ``-``. Without `outputs`, results are written to the folder of each input, or to
     standard output for standard input. The `formats` apply to outputs whose file name is not given
-    (default: PLY, or VTU for tetrahedra). No output may overwrite a file of `also_read`.
+    (default: `InputFile.usual_ending`). No output may overwrite a file of `also_read`.
     """
     outputs, formats = given["outputs"], given.get("formats", ())
     folders = [text for text in outputs if _is_folder(text)]

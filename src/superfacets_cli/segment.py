@@ -194,7 +194,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
         output_option(
             "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
             " files of all inputs, or - for standard output; may be given several times."
-            "  [default: IN.superfacets.ply beside IN]"),
+            "  [default: IN.superfacets.FORMAT beside IN, see --to]"),
         to_option(),
         opts.quiet_option(),
         group="Everyday options",

@@ -82,7 +82,7 @@ def test_names_of_solids_come_through(run, named, tmp_path, command):
     names = [line.split()[1] for line in out.read_text().splitlines() if line[:5] == "solid"]
     found = {name.split("_")[0] for name in names}
     assert (status, found - {"region"}) == (0, {"inlet", "outlet"})
-    assert ("names of parts, for regions with other names" in err) == ("region" in found)
+    assert ("some part names, because regions have other names" in err) == ("region" in found)
 
 
 @pytest.mark.parametrize("ending", [".stl", ".obj"])

@@ -217,7 +217,7 @@ def test_labels_of_another_name_are_read(tmp_path):
     assert_array_equal(read_labels(path, name="Part"), [3, 0])
     assert_array_equal(labels_in(path, "Part"), read_labels(path, name="Part"))
     assert labels_in(path) is None
-    message = r"the faces have no property label: the integer properties are Part$"
+    message = r"the faces have no property label: choose --labels-named \(name=\) from Part$"
     with pytest.raises(MeshError, match=message):
         read_labels(path)
     of_vertices = MeshAttributes(vertex={"label": [5, 0, 0, 7, 9]})

@@ -279,12 +279,12 @@ def test_a_file_with_everything_comes_back_or_is_named(name, tmp_path):
 
 @pytest.mark.parametrize(("ending", "lost"), [
     (".ply", []),
-    (".vtp", ["names of parts", "comments"]),
+    (".vtp", ["part names", "comments"]),
     (".obj", ["vertex property heat", "comments"]),
     (".stl", ["vertex properties red, green, blue, heat", "comments"]),
     (".off", ["vertex properties red, green, blue, heat", "face property part",
-              "names of parts", "comments"]),
-    (".glb", ["vertex property heat", "face property part", "names of parts", "comments"]),
+              "part names", "comments"]),
+    (".glb", ["vertex property heat", "face property part", "part names", "comments"]),
 ])  # fmt: skip
 def test_a_warning_names_what_another_format_does_not_store(ending, lost, tmp_path):
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], [[0, 1, 2], [0, 2, 3]])
@@ -303,7 +303,7 @@ def test_a_warning_names_what_another_format_does_not_store(ending, lost, tmp_pa
     found = read(path)[1]
     if "vertex properties red, green, blue, heat" not in lost:
         assert all((found.vertex[name] == colors[name]).all() for name in colors)
-    if "names of parts" not in lost:
+    if "part names" not in lost:
         assert [*found.names.values()] == [("lid", "box")]
 
 

@@ -104,7 +104,7 @@ def cut_borders(
 
     All faces at an edge are cut at the same point, so closed meshes stay closed, and seams get no
     gaps. This point is at least a tenth of the edge length away from both ends. A face is cut into
-    at most six parts.
+    at most six parts, which may be slivers.
 
     Parameters
     ----------

@@ -147,7 +147,7 @@ class CellData:
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
                 f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
-                f" {', '.join(known)}"
+                f" {', '.join(known)}; or name a file, such as {name}.npy"
             )
         return table
 

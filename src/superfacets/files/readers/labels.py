@@ -113,13 +113,13 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
     cells, attributes = parse(replace(source, keep=True))
     own = find_labels(cells, attributes, name)
     of_vertices = {} if attributes is None or kind_of(cells).are_points else attributes.vertex
-    are_of_vertices = own is None
     found = of_vertices.get(found_name(of_vertices, name)) if own is None else own.values
     if found is not None and found.ndim == 1:
-        return checked_labels(as_integers(found, "labels"), n_cells), are_of_vertices
+        return checked_labels(as_integers(found, "labels"), n_cells), own is None
     stored = {**_stored_of(cells, attributes), **of_vertices}
     others = [key for key, each in stored.items() if each.dtype.kind in "iu" and each.ndim == 1]
-    hint = f": the integer properties are {', '.join(others)}" if others else ""
+    how = "choose --labels-named (name=) from" if name == "label" else "the integer properties are"
+    hint = f": {how} {', '.join(others)}" if others else ""
     raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
 

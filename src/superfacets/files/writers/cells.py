@@ -166,7 +166,7 @@ class Output:
             lost += [_listed(owner, names)] * bool(names)
         others = {
             "texture": self.texture is not None,
-            **{f"names of {name}s": True for name in self.attributes.names},
+            **{f"{name} names": True for name in self.attributes.names},
             str(self.attributes.header): self.attributes.header is not None,
             "comments": any(not is_image(line) for line in self.attributes.comments),
         }
@@ -204,7 +204,7 @@ class Output:
             classes = ["_".join(name.split()) or "unnamed" for name in self.classes]
             names[len(names) - len(classes) :] = classes
         if given is not None and self._lose_parts(names, ranks, *given):
-            self.changed.append("names of parts, for regions with other names")
+            self.changed.append("some part names, because regions have other names")
         return ranks, names
 
     def _lose_parts(self, names: list[str], ranks: Array, given: Array, parts: list[str]) -> bool:
@@ -227,7 +227,7 @@ class Output:
         for name, names in listed.items():
             if name in stored and stored[name].max() < len(names):
                 words = ["_".join(each.split()) or f"{name}_{i}" for i, each in enumerate(names)]
-                self.taken.update((f"names of {name}s", f"face property {name}"))
+                self.taken.update((f"{name} names", f"face property {name}"))
                 return stored[name], [*words, "unnamed"]
         return None
 

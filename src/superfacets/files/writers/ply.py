@@ -40,7 +40,7 @@ def write_ply(file: IO[bytes], content: Output) -> None:
         comments += tuple(
             f"{NAMES_COMMENT}{name} {json.dumps(names)}" for name, names in attributes.names.items()
         )
-        content.taken.update(f"names of {name}s" for name in attributes.names)
+        content.taken.update(f"{name} names" for name in attributes.names)
     if texture is not None:
         is_cut = corners_of(mesh).size == 3
         placer = load("superfacets_textures.writing:Placer")(content.path)
