@@ -192,9 +192,9 @@ class FileOptions:
             of_cells["features"] = replace(wanted, table=of_cells["features"])
         if barrier_angle is not None:
             of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
-        seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
-        result, found = _segmented(seen, of_cells, self, callback)
-        result = replace(result, cells=mesh)
+        if self.viewpoint is not None:
+            mesh = kind_of(mesh).seen_from(mesh, self.viewpoint)
+        result, found = _segmented(mesh, of_cells, self, callback)
         outcome = Outcome(mesh, attributes, result, warnings=found, constraints=constraints)
         if barrier_angle is not None and len(of_cells["barriers"]):
             surface, labels = as_mesh(mesh), result.labels
