@@ -487,3 +487,5 @@ def test_a_radius_in_another_unit_than_the_mesh_is_doubted():
         sf.segment(mesh, radius=0.2)
     sf.segment(mesh, radius=200.0)
     sf.segment(mesh, mesh.n_faces)
+    with pytest.warns(sf.RadiusWarning, match="only one region: is the radius in the unit of the"):
+        sf.segment(sheet, radius=200.0)

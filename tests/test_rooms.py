@@ -230,14 +230,16 @@ def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
 
 
 def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
-    """A file (whose points do not change) or a cloud has one viewpoint, or one per point."""
+    """A file or a cloud has one viewpoint, or one per point; outputs are made with it, too."""
     points, _ = room(20_000, has_ceiling=True)
     np.save(tmp_path / "room.npy", points)
-    result = sf.batch(
-        tmp_path / "room.npy", tmp_path / "out", formats=["npy"], n_segments=40, viewpoint=INSIDE
-    )
-    assert result.n_failed == 0
-    labels = sf.read_labels(tmp_path / "out" / "room.superfacets.npy")
+    to = {"formats": ["npy", "npz", "pcd"], "viewpoint": INSIDE}
+    assert sf.batch(tmp_path / "room.npy", tmp_path, n_segments=40, **to).n_failed == 0
+    labels = sf.read_labels(tmp_path / "room.superfacets.npy")
+    assert sf.read_cloud(tmp_path / "room.superfacets.pcd").viewpoints.tolist() == [*INSIDE]
+    seen = sf.region_graph(sf.PointCloud(points, viewpoints=INSIDE), labels).to_pyg()
+    with np.load(tmp_path / "room.superfacets.npz") as graph:
+        assert all(np.array_equal(graph[name], values) for name, values in seen.items())
     normals = shapes.estimated_normals(points, viewpoint=INSIDE)
     assert np.array_equal(labels, sf.segment(sf.PointCloud(points, normals), 40).labels)
     assert not np.array_equal(labels, sf.segment(points, 40).labels)

@@ -92,6 +92,8 @@ _OPTIONS = {
     r"Sizes\((\w+)=[^)]*\)+": r"--\1", r"islands='nearest'": "--islands nearest",
     "denoise needs a .*, got points: .*": "point clouds: leave out --scans and --denoise",
     r"prepare\(mesh, weld=([^)]*)\)": r"--weld \1",
+    "is the radius in the unit of the mesh": "is -r in the unit of the file",
+    r"(each number in counts|n_segments) must be": "-n must be",
     r"subdivide first, mesh = \S+subdivide\(.*\)\.mesh": "try --subdivide",
 }  # fmt: skip
 """Options of the command, keyed by patterns in messages of the library."""

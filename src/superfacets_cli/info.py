@@ -142,9 +142,11 @@ def evaluate_command(
         cells, paths = source.cells(), (labels, *truths, *more)
         given = [given_labels(source, cells, path, labels_named) for path in paths]
         for each in given:
-            if {*each.path.suffixes} & {".classes", ".vertex-classes"} and not each.labels.all():
-                exported = "in files that the studio exports, 0 is no class: give the work file"
-                print_note(f"{each.path}: 0 counts as a class; {exported}")
+            # Classes exported by the studio; or, as ground truth, such as ScanNet's .labels.ply.
+            named = {".classes", ".vertex-classes", ".labels" if each is not given[0] else ""}
+            if named & {*each.path.suffixes} and not each.labels.all():
+                advice = "if it means no class, replace it by -1, or give the studio's work file"
+                print_note(f"{each.path}: 0 counts as a class; {advice}")
         if truths and all(each.are_of_vertices for each in given):
             regions, *segments = (each.labels for each in given)
             print_note(

@@ -48,6 +48,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     read.constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
+    opts.viewpoint_option,
     opts.threads_option,
     opts.format_option("IN", of_stream=True),
     opts.quiet_option(),
@@ -76,6 +77,7 @@ def levels_command(
     def compute() -> tuple[Cells, Any, Hierarchy, dict[str, Any]]:
         source = read.read_input(input, given["format"])
         cells, attributes = source.cells_and_attributes(keep=job.keeps_attributes or bool(features))
+        cells = kit.kind_of(cells).seen_from(cells, given["viewpoint"])
         regions, of_vertices = None, None
         if labels is not None:  # label numbers in a file may have gaps
             found = read.ranked_labels_beside(source, labels, cells, given["labels_named"])

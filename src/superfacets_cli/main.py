@@ -133,8 +133,8 @@ class LazyGroup(click.Group):
 
 
 def _is_input(text: str) -> bool:
-    """Return whether an argument is the name of an input file, or ``-`` for standard input."""
-    return text == "-" or Path(text).is_file() or bool(Path(text).suffix)
+    """Return whether an argument is the name of a file or folder, or ``-`` for standard input."""
+    return text == "-" or Path(text).exists() or bool(Path(text).suffix)
 
 
 def _in_python(name: str) -> str | None:

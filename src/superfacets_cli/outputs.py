@@ -173,7 +173,7 @@ def plan_jobs(
         files = list(named)
         if folders or not (outputs or has_stream):
             place = Path(folders[0]) if folders else _folder_beside(Path(text))
-            names = kit.InputFile(text, Path(text).name).output_names(endings)
+            names = kit.InputFile(text, Path(text).name or "-").output_names(endings)
             files += [place / name for name in names]
         job = Job(text, tuple(files), stream, keeps=not given.get("drop_attributes"))
         jobs.append(replace(job, form=FormatOptions.checked([*job.endings], **form)))

@@ -78,8 +78,7 @@ def regions_command(
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         pooled = _pooled_columns(source, kit.CellData(whole, kept), compact, as_given, given)
-        if viewpoint is not None:
-            whole = kit.kind_of(whole).seen_from(whole, viewpoint)
+        whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
         columns |= ({"name": _named(titles, names)} if titles else {}) | pooled

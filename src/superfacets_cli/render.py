@@ -95,8 +95,7 @@ def render_command(
     view = View(azimuth=azimuth, elevation=elevation, up=up)
     view = view if side is None else View.named(side, up=up)
     cells, attributes = source.cells_and_attributes()
-    if viewpoint is not None:
-        cells = kind_of(cells).seen_from(cells, viewpoint)
+    cells = kind_of(cells).seen_from(cells, viewpoint)
     if style["see_inside"] and not kind_of(cells).has_fronts(cells):
         raise click.UsageError(f"--see-inside needs normals, and {mesh} has none: give --viewpoint")
     data = CellData(cells, attributes)

@@ -40,9 +40,6 @@ def notes_on_result(
     if is_by_radius and n_own and not is_warned and "barriers" not in result.params:
         added = f"regions were added for {counted(n_own, 'component')} without a seed"
         notes.append(f"{added}; to join them to the nearest region, use --islands nearest")
-    if is_by_radius and n_made - n_own <= 1:
-        one = "one other region" if n_own else "one region"
-        notes.append(f"the radius gives only {one}: is -r in the unit of the file?")
     notes += map(str, outcome.warnings)
     if outcome.sharp_inside is not None and outcome.sharp_inside.any():
         notes.append(_note_on_sharp_edges(outcome.sharp_inside))

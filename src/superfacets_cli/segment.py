@@ -238,8 +238,7 @@ class _Run:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), is_shown=False)
             with bar.timed("export", timings):
                 written = outcome.write(job.outputs)
-        result, mesh = outcome.result, outcome.mesh
-        noun = kit.kind_of(mesh).noun
+        result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, written))
         has_mask = (self.given["mask"], self.given["mask_values"]) != (None, None)
         if has_mask and (result.labels >= 0).all():
@@ -253,9 +252,10 @@ class _Run:
             "sliver_share": result.sliver_share, "sharp_inside": inside, "params": result.params,
         }  # fmt: skip
         text = _summary(result, facts["seconds"], noun)
-        if self.given["denoise"] in (None, "auto") and result.params["denoise"]:
-            steps = kit.counted(result.params["denoise"], "smoothing step")
-            text += f"; noise found: creases measured after {steps}"
+        asked, steps = self.options.keywords.get("denoise", "auto"), result.params["denoise"]
+        if steps and asked in ("auto", "scan"):  # a scan may have no noise
+            found = "noise found: " if asked == "auto" else ""
+            text += f"; {found}creases measured after {kit.counted(steps, 'smoothing step')}"
         if self.given["is_verbose"]:
             seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in facts["seconds"].items())
             iterations = kit.counted(result.n_iter, "iteration")

@@ -60,10 +60,9 @@ def test_a_column_falls_into_two_halves():
     assert lower[0] != upper[0]
     assert result.params["radius"] == pytest.approx((3 * 4 / (4 * math.pi)) ** (1 / 3))
     diagonal = math.sqrt(8**2 + 2)
-    by_radius = sf.segment(column(8), radius=0.4 * diagonal)
-    assert by_radius.params["radius"] == 0.4 * diagonal
-    expected = round(8 / (4 / 3 * math.pi * (0.4 * diagonal) ** 3)) or 1
-    assert by_radius.n_segments == max(1, expected)
+    by_radius = sf.segment(column(8), radius=0.12 * diagonal)
+    assert by_radius.params["radius"] == 0.12 * diagonal
+    assert by_radius.n_segments == round(8 / (4 / 3 * math.pi * (0.12 * diagonal) ** 3)) == 2
 
 
 def test_the_clean_up_works_in_areas_and_volumes():

@@ -107,17 +107,14 @@ def test_quiet_prints_nothing(run, sheet, out):
     assert run("batch", sheet, "-o", out, "-q") == (0, "", "")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--to", "npy,png"], "'png' is not one of 'ply', "),
-        (["--workers", "0"], "is not a whole number of 1 or more"),
-        (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
-        (["--init", "flood"], "init must be one of geodesic, curve, farthest"),
-        (["-n", 5, "-r", 0.1], "n_segments is 5 and radius is 0.1: give only one"),
-        (["--mask-values", "six"], "'six' is not a whole number of 0 or more"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--to", "npy,png"], "'png' is not one of 'ply', "),
+    (["--workers", "0"], "is not a whole number of 1 or more"),
+    (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
+    (["--init", "flood"], "init must be one of geodesic, curve, farthest"),
+    (["-n", 5, "-r", 0.1], "n_segments is 5 and radius is 0.1: give only one"),
+    (["--mask-values", "six"], "'six' is not a whole number of 0 or more"),
+])  # fmt: skip
 def test_a_wrong_command_line_is_one_line(run, sheet, out, arguments, message):
     status, printed, err = run("batch", sheet, "-o", out, *arguments)
     assert (status, printed, err.count("\n")) == (2, "", 1)

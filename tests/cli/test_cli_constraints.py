@@ -128,15 +128,12 @@ def test_values_that_no_cell_has_are_named(run, sheet, halves, command):
     assert (status, err.count("cloud.ply: no point has the value 6 or 9\n")) == (1, 1)
 
 
-@pytest.mark.parametrize(
-    ("mask", "message"),
-    [
-        (np.ones(3, bool),
-         "m.npy: labels must have one value per face (1152) or per vertex (625), got 3 values"),
-        (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
-        (np.ones(1152), "m.npy: labels must contain integers, got float64"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("mask", "message"), [
+    (np.ones(3, bool),
+     "m.npy: labels must have one value per face (1152) or per vertex (625), got 3 values"),
+    (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
+    (np.ones(1152), "m.npy: labels must contain integers, got float64"),
+])  # fmt: skip
 def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message):
     np.save(tmp_path / "m.npy", mask)
     for option in ("--mask", "--barriers"):
@@ -248,13 +245,10 @@ def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):
     assert "expected a surface mesh, got a PointCloud, which has no faces" in err
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (["--barriers", "m.npy"], "give --barriers or --barrier-angle, not both"),
-        (["--barrier-angle", 0], "0.0 is not in the range"),
-    ],
-)
+@pytest.mark.parametrize(("more", "message"), [
+    (["--barriers", "m.npy"], "give --barriers or --barrier-angle, not both"),
+    (["--barrier-angle", 0], "0.0 is not in the range"),
+])  # fmt: skip
 def test_what_a_barrier_angle_does_not_go_with_is_one_line(run, sheet, tmp_path, more, message):
     np.save(tmp_path / "m.npy", np.zeros(1152, int))
     more = [tmp_path / text if text == "m.npy" else text for text in more]

@@ -76,13 +76,14 @@ def test_defaults_in_help_texts_are_the_defaults_of_the_functions(run):
 def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_strip):
     mesh, labels = labeled_strip / "strip.ply", labeled_strip / "v.segs.json"
     write_labels(labels, [0, 0, 0, 1, 1, 2])
-    truth = labeled_strip / "truth.txt"
+    truth = labeled_strip / "truth.labels.txt"
     truth.write_text("0\n0\n1\n1\n-1\n1\n")
     of_vertices = MeshAttributes(vertex={"label": [0, 0, 1, 1, -1, 1]})
-    write_mesh(labeled_strip / "truth.ply", shapes.strip(4), attributes=of_vertices)
+    write_mesh(truth.with_suffix(".ply"), shapes.strip(4), attributes=of_vertices)
     status, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json")
     assert run("evaluate", mesh, labels, "--gt", truth.with_suffix(".ply"), "--json")[1] == printed
     assert (status, "which can split" in err) == (0, False)
+    assert "truth.labels.txt: 0 counts as a class; if it means no class, replace it by -1" in err
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)
     expected = metrics.evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])

@@ -101,6 +101,18 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     assert run("levels", sheet, tmp_path / "low.seg", "-n", 2, "--scans", "-o", out)[0] == 2
 
 
+@pytest.mark.parametrize("side", [-9, 9])
+def test_levels_of_a_cloud_are_seen_from_the_viewpoint(run, tmp_path, side):
+    points = np.random.default_rng(0).random((900, 3)) * 2 - 1
+    points[:, 2] = np.abs(points[:, 0])  # a valley, or a ridge
+    np.save(tmp_path / "cloud.npy", points)
+    given = ("-n", "30,8", "--viewpoint", f"0,0,{side}", "-o", tmp_path / "a.npz")
+    assert run("levels", tmp_path / "cloud.npy", *given)[0] == 0
+    nested = hierarchy(sf.PointCloud(points, viewpoints=[0, 0, side]), [30, 8])
+    assert np.array_equal(np.load(tmp_path / "a.npz")["labels"], nested.levels)
+    assert not np.array_equal(nested.levels, hierarchy(points, [30, 8]).levels)
+
+
 def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sheet.rename("x.10.ply")
@@ -162,7 +174,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
      "features heat: the mesh has no property heat: it has normals"),
     (("-n", "9999", "-o", "out.npz"), 2,
-     "n_segments must be at most 1152, the number of faces, got 9999"),
+     "error: -n must be at most 1152, the number of faces, got 9999"),
 ])  # fmt: skip
 def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, options, status, message):
     monkeypatch.chdir(tmp_path)

@@ -211,6 +211,8 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
     assert re.search(r" s; noise found: creases measured after \d+ smoothing steps$", out.strip())
     sf.write_mesh(tmp_path / "cube.ply", shapes.cube())
     assert "; noise" not in run("segment", tmp_path / "cube.ply", "-n", 6)[1]
+    out = run("segment", tmp_path / "cube.ply", "-n", 6, "--scans")[1].strip()
+    assert out.endswith(" s; creases measured after 5 smoothing steps")
     assert "; noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
 
 
@@ -239,9 +241,10 @@ def test_advice_names_options_that_exist(run, sheet):
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     note = "superfacets: note: the radius gives only one region: is -r in the unit of the file?\n"
     assert run("segment", sheet, "-r", 5)[2] == note
+    assert note[18:] in run("batch", sheet, "-r", 5, "-o", tmp_path)[2]
     assert run("segment", sheet, "-n", 1)[2] == ""
     assert run("segment", sheet, "--cells", 2000)[2] == ""
-    tiny = "regions have 1.0 faces on average: is the radius in the unit of the mesh?"
+    tiny = "regions have 1.0 faces on average: is -r in the unit of the file?"
     assert run("segment", sheet, "-r", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     sf.write_mesh(tmp_path / "islands.ply", shapes.two_islands())
     err, added = run("segment", tmp_path / "islands.ply", "-r", 90)[2], "for 1 component without"

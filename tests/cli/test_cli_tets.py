@@ -49,13 +49,10 @@ def test_info_evaluate_and_render(run, tower, tmp_path):
         assert status == 0, err
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["segment", "-o", "a.ply"], "tetrahedra are written as .vtu or .vtk, not as .ply"),
-        (["segment", "--subdivide"], "expected a surface mesh, got a TetMesh"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (["segment", "-o", "a.ply"], "tetrahedra are written as .vtu or .vtk, not as .ply"),
+    (["segment", "--subdivide"], "expected a surface mesh, got a TetMesh"),
+])  # fmt: skip
 def test_what_tetrahedra_do_not_have_is_one_line(run, tower, monkeypatch, words, message):
     monkeypatch.chdir(tower.parent)
     command, *options = words

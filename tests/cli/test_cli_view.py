@@ -100,21 +100,18 @@ def test_features_have_different_names(run, sheet, tmp_path):
     assert "two features have the same name" in err
 
 
-@pytest.mark.parametrize(
-    ("option", "name", "content", "message"),
-    [
-        ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
-        ("--labels", "l.npz", None, "l.npz: no such file"),
-        ("--labels", "l.txt", b"1\n2\n",
-         "labels must have one value per face (1152) or per vertex (625), got 2 values"),
-        ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
-        ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
-        ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, .shape.gii"),
-        ("--feature", "f.txt", b"1\n2\n",
-         "feature 'f' must have one value per cell, (1152,), or one value per vertex, (625,); got"
-         " shape (2,)"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("option", "name", "content", "message"), [
+    ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
+    ("--labels", "l.npz", None, "l.npz: no such file"),
+    ("--labels", "l.txt", b"1\n2\n",
+     "labels must have one value per face (1152) or per vertex (625), got 2 values"),
+    ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
+    ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
+    ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, .shape.gii"),
+    ("--feature", "f.txt", b"1\n2\n",
+     "feature 'f' must have one value per cell, (1152,), or one value per vertex, (625,); got"
+     " shape (2,)"),
+])  # fmt: skip
 def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):
     if content is not None:
         (tmp_path / name).write_bytes(content)

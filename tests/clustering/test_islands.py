@@ -133,6 +133,7 @@ def test_flood_leaves_islands_out_where_they_are_to_join():
     ("init", "n_islands", "n_regions", "labels"),
     [([5, 0], 3, 2, [1] * 3 + [0] * 3 + [1] * 3), ("grid", 3, 1, [0] * 9)],
 )
+@pytest.mark.filterwarnings("ignore:the radius gives only one region")
 def test_what_seeds_of_ones_own_or_of_a_grid_leave_out_joins_the_nearest_too(
     init, n_islands, n_regions, labels
 ):

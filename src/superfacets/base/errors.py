@@ -45,7 +45,7 @@ class MismatchWarning(UserWarning):
 
 
 class RadiusWarning(UserWarning):
-    """Regions have few cells, probably because the radius is in another unit than the mesh."""
+    """Regions have few cells, or there is one region: the radius may be in another unit."""
 
 
 class SliverWarning(UserWarning):

@@ -166,8 +166,13 @@ class Kind:
         """Return whether the front sides of the cells are known."""
         return True
 
-    def seen_from(self, cells: Any, viewpoint: Sequence[float]) -> PointCloud:
-        """Return a cloud with `viewpoint`; raise a MeshError if the viewpoint has no effect."""
+    def seen_from(self, cells: Any, viewpoint: Sequence[float] | None) -> Any:
+        """Return a cloud with `viewpoint`, or `cells` if it is None.
+
+        Raises a MeshError if the viewpoint has no effect.
+        """
+        if viewpoint is None:
+            return cells
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
 
     def drawn_faces(self, cells: Any, keep: Bools | None = None) -> DrawnFaces | None:
@@ -286,8 +291,8 @@ class _Points(Kind):
     def has_fronts(self, cells: PointCloud) -> bool:
         return cells.normals is not None or cells.viewpoints is not None
 
-    def seen_from(self, cells: PointCloud, viewpoint: Sequence[float]) -> PointCloud:
-        if cells.normals is not None:
+    def seen_from(self, cells: PointCloud, viewpoint: Sequence[float] | None) -> Any:
+        if viewpoint is None or cells.normals is not None:
             return super().seen_from(cells, viewpoint)
         return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 

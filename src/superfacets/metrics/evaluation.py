@@ -269,7 +269,8 @@ def _of_part(cells: Any, labels: Ints, truths: Any, **options: Any) -> dict[str,
 
 def _left_out(arrays: list[Ints]) -> dict[str, float]:
     """Return the number of values -1: the mean over `arrays`, or 0 if there are none."""
-    return {"n_left_out": sum(np.count_nonzero(a < 0) for a in arrays) / max(len(arrays), 1)}
+    total, n = sum(int(np.count_nonzero(a < 0)) for a in arrays), max(len(arrays), 1)
+    return {"n_left_out": total / n if total % n else total // n}
 
 
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:

@@ -23,12 +23,14 @@ def sliver_advice(radius: float) -> str:
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
+_IN_UNIT = "is the radius in the unit of the mesh?"
+
 FEWEST_CELLS = 4
 """Minimum mean number of cells of a region, below which `segment` doubts a radius."""
 
 
 def radius_note(result: Segmentation) -> str | None:
-    """Return a note if a radius led to regions of fewer than `FEWEST_CELLS` cells, or None."""
+    """Return a note if a radius led to one region, or to regions of few cells, or None."""
     params = result.params
     if params["n_segments"] is not None or params["init"] == "given":
         return None
@@ -36,9 +38,10 @@ def radius_note(result: Segmentation) -> str | None:
     n_made = result.n_segments - n_kept
     mean = np.count_nonzero(result.labels >= 0) / max(1, n_made)
     if mean >= FEWEST_CELLS:
-        return None
+        one = "one other region" if n_kept else "one region"
+        return f"the radius gives only {one}: {_IN_UNIT}" if n_made <= 1 else None
     things = "cells" if result.cells is None else kind_of(result.cells).plural
-    return f"regions have {mean:.1f} {things} on average: is the radius in the unit of the mesh?"
+    return f"regions have {mean:.1f} {things} on average: {_IN_UNIT}"
 
 
 def fewer_note(result: Segmentation) -> str | None:

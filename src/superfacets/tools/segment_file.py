@@ -177,6 +177,7 @@ class FileOptions:
         with timed(timings, "mesh", Reports(callback)):
             reads = keeps or bool(wanted.names) or self.min_opacity > 0
             mesh, attributes, constraints = load(reads)
+            mesh = kind_of(mesh).seen_from(mesh, self.viewpoint)
             of_cells = self._values_of_cells(mesh, attributes, constraints)
             if attributes is not None and not keeps:
                 attributes = MeshAttributes(records=attributes.records)
@@ -192,9 +193,7 @@ class FileOptions:
             of_cells["features"] = replace(wanted, table=of_cells["features"])
         if barrier_angle is not None:
             of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
-        seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
-        result, found = _segmented(seen, of_cells, self, callback)
-        result = replace(result, cells=mesh)
+        result, found = _segmented(mesh, of_cells, self, callback)
         outcome = Outcome(mesh, attributes, result, warnings=found, constraints=constraints)
         if barrier_angle is not None and len(of_cells["barriers"]):
             surface, labels = as_mesh(mesh), result.labels

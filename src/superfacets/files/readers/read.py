@@ -195,8 +195,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
 def _read(path: str | os.PathLike[str], endings: tuple[str, ...], *, keep: bool) -> Read:
     """Read a file with one of these endings; error messages begin with its path."""
     path = Path(path)
-    ending = cell_ending(path, endings)
-    data = read_content(path)
+    ending, data = cell_ending(path, endings), read_content(path)
     with named_errors(path):
         return parse(Input(data, ending, path.parent, keep))
 
@@ -209,8 +208,9 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        if suffix in _OTHER_ENDINGS:
-            raise MeshError(f"{path}: {_OTHER_ENDINGS[suffix]}") from None
+        of_folder = "is a folder: use superfacets batch" if path.is_dir() else None
+        if other := of_folder or _OTHER_ENDINGS.get(suffix):
+            raise MeshError(f"{path}: {other}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
