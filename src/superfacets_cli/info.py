@@ -60,8 +60,7 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
 
 def _read(text: str, format: str | None) -> tuple[Any, dict[str, Any]]:
     """Return the measures of a file, and its declared items (see `fates`) and header facts."""
-    source = read_input(text, format)
-    cells, attributes = source.cells_and_attributes(keep=True)
+    cells, attributes = read_input(text, format).cells_and_attributes(keep=True)
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
     assert attributes is not None
     header: Any = attributes.header

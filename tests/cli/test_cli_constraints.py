@@ -186,8 +186,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     status, _, err = run("segment", tmp_path / "block.ply", *options, "--max-edge", 0.3)
     assert status == 0
     assert "more regions" not in err
-    back = np.load(out)
-    assert len(np.unique(labels * 7 + back)) == 7  # the same faces, subdivided
+    assert len(np.unique(labels * 7 + np.load(out))) == 7  # the same faces, subdivided
     status, _, err = run("segment", tmp_path / "block.ply", "-n", 12, "--balance", 1, *options[2:])
     assert (status, err) == (0, "")
     assert len(np.unique(np.load(out))) == 12

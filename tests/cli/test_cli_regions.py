@@ -323,8 +323,7 @@ def test_a_cloud_has_regions_and_no_lines(run, tmp_path):
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_normals_of_regions_face_the_viewpoint(run, fold, side):
-    plane = np.random.default_rng(0).random((90, 3)) * [1, 1, 0]
-    np.save(fold / "cloud.npy", plane)
+    np.save(fold / "cloud.npy", np.random.default_rng(0).random((90, 3)) * [1, 1, 0])
     (fold / "many.seg").write_text("0\n1\n" * 45)
     view = ("--viewpoint", f"0.5,0.5,{9 * side}")
     status, printed, _ = run("regions", fold / "cloud.npy", fold / "many.seg", *view)

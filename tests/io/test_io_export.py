@@ -139,8 +139,7 @@ def sstk_hierarchy(document):
     The rules are those of `Segments.js` of the Scene Toolkit for indexed segmentations.
     """
     by_name = {segmentation["name"]: segmentation for segmentation in document["segmentation"]}
-    names = document["hierarchies"][0]["levels"]
-    indices = [by_name[name]["index"] for name in names]
+    indices = [by_name[name]["index"] for name in document["hierarchies"][0]["levels"]]
     levels = [indices[0]]
     for fine, coarse in pairwise(indices):
         converted = {}
@@ -247,8 +246,7 @@ class TestPyTorchGeometric:
         write_mesh(tmp_path / "a.npz", lone, labels)
         with np.load(tmp_path / "a.npz") as file:
             assert file["vertex_super_index"].tolist() == [*nodes.tolist(), -1]
-        cloud = PointCloud(sheet.vertices)
-        write_mesh(tmp_path / "b.npz", cloud, np.arange(169) // 13)
+        write_mesh(tmp_path / "b.npz", PointCloud(sheet.vertices), np.arange(169) // 13)
         with np.load(tmp_path / "b.npz") as file:  # a point is a cell
             assert "vertex_super_index" not in file
 

@@ -265,8 +265,7 @@ def test_ply_lists_of_corners_may_differ_in_length(tmp_path):
 
 def of_trimesh(path):
     """Return texture coordinates of all corners, and the image, of meshes read by trimesh."""
-    scene = trimesh.load(path, process=False, force="scene")
-    meshes = list(scene.geometry.values())
+    meshes = list(trimesh.load(path, process=False, force="scene").geometry.values())
     pairs = [mesh.visual.uv[mesh.faces].reshape(-1, 2) for mesh in meshes]
     images = [
         getattr(mesh.visual.material, "baseColorTexture", None) or mesh.visual.material.image
@@ -358,8 +357,7 @@ def test_obj_beside_its_input_refers_to_its_materials(square):
     assert {path.name for path in square.parent.rglob("*")} == before | {"b.obj"}
     text = square.with_name("b.obj").read_text()
     assert text.startswith("mtllib square.mtl\n")
-    ends = text[text.index("g region_0") :].splitlines()
-    assert ends == [
+    assert text[text.index("g region_0") :].splitlines() == [
         "g region_0", "usemtl door # 2", "f 1/5 3/3 4/4",
         "g region_1", "usemtl wall", "f 1/1 2/2 3/3",
     ]  # fmt: skip
