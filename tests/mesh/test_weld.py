@@ -21,7 +21,7 @@ def test_vertices_within_the_tolerance_of_each_other_are_one():
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e6])
-def test_faces_across_cracks_are_neighbors(scale):
+def test_faces_across_cracks_are_neighbors(scale, tmp_path):
     rng = np.random.default_rng(2)
     whole = shapes.bumpy_sheet(12)
     corners = whole.vertices[whole.faces].reshape(-1, 3) * scale
@@ -30,7 +30,10 @@ def test_faces_across_cracks_are_neighbors(scale):
     with pytest.warns(sf.IslandWarning, match=r"almost coincide, prepare\(mesh, weld="):
         assert sf.segment(soup, 8).n_segments > 100
     assert sf.segment(sf.prepare(soup, weld=1e-6 * scale), 8).n_segments == 8
-    graphs = [
-        sf.build_face_graph(mesh, weld=weld) for mesh, weld in ((soup, 1e-6 * scale), (whole, True))
-    ]
+    graphs = (sf.build_face_graph(soup, weld=1e-6 * scale), sf.build_face_graph(whole))
     assert np.array_equal(*(graph.neighbors for graph in graphs))
+    sf.write_mesh(tmp_path / "soup.ply", soup)
+    sf.batch(tmp_path, tmp_path, formats=["npz"], n_segments=8, weld=1e-6 * scale)
+    with np.load(tmp_path / "soup.superfacets.npz") as graph:
+        regions = sf.region_graph(soup, graph["vertex_super_index"], weld=1e-6 * scale)
+        assert np.array_equal(graph["x"], regions.to_pyg()["x"])

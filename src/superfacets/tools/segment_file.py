@@ -86,6 +86,7 @@ class Outcome:
         return outputs.write(
             self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
             listed_mesh=self.listed_mesh, constraints=self.constraints,
+            weld=self.result.params.get("weld", True),
         )  # fmt: skip
 
 

@@ -51,6 +51,7 @@ class IdWriter:
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
     groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
     finer: Ints | None = None  # labels of a finer level, which are converted to labels of vertices
+    weld: float = True  # same as in `region_graph`
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -93,7 +94,8 @@ class IdWriter:
                 nodes = np.where(nodes > self.labels.max(), -1, nodes)
             (ranks, names), are_points = ranked_labels(nodes), kind_of(self.cells).are_points
             make = "region_graph" if are_points else "superpoint_graph"
-            graph = load(f"superfacets.regions.region_graph:{make}")(self.cells, ranks)
+            graph_of = load(f"superfacets.regions.region_graph:{make}")
+            graph = graph_of(self.cells, ranks, weld=self.weld)
             write = load("superfacets_scans.pyg:write_graph_of")
             write(file, graph, names, None if are_points else ranks)
         elif ending in FORMATS.key_labels:

@@ -270,7 +270,7 @@ class OutputFiles:
         attributes: MeshAttributes | None = None, listed: npt.ArrayLike | None = None,
         listed_mesh: Any = None, of_vertices: Ints | None = None,
         segments: tuple[Ints, Ints, Path] | None = None,
-        constraints: Mapping[str, Any] | None = None,
+        constraints: Mapping[str, Any] | None = None, weld: float = True,
     ) -> Written:  # fmt: skip
         """Write all files and streams.
 
@@ -282,7 +282,7 @@ class OutputFiles:
         segmentation, if these have a value per vertex of the mesh, or of `listed_mesh`; by default,
         the constraints that `labels` keep. If `segments` are given, as in `IdWriter`, formats in
         `Formats.vertex_outputs` store the segments, and ``.aggregation.json`` stores groups of
-        segments, and names the ``.segs.json`` file in `files`, if any.
+        segments, and names the ``.segs.json`` file in `files`, if any. `weld` is for region graphs.
 
         Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
         needs labels but there are none.
@@ -305,18 +305,16 @@ class OutputFiles:
             of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
             groups = _groups_in(constraints, of_listed, labels)
-        ids = replace(ids, groups=groups)
+        ids = replace(ids, groups=groups, weld=weld)
         listing = all_endings.difference(FORMATS.cell_outputs)
-        ids.checked([*listing])
-        cell_writer = writer.checked([*all_endings - listing])
-        writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
+        writers = dict.fromkeys(listing, ids.checked([*listing]).write)
+        writers |= dict.fromkeys(others := all_endings - listing, writer.checked([*others]).write)
         records = None if attributes is None else attributes.records
         if records is not None and cell_labels is not None:  # one label per record of the file
             of_records = np.full(len(records), -1, np.int32)
             of_records[records] = cell_labels
-            writers |= dict.fromkeys(
-                all_endings & {*FORMATS.label_outputs}, IdWriter(cells, of_records, options).write
-            )
+            write = IdWriter(cells, of_records, options).write
+            writers |= dict.fromkeys(all_endings & {*FORMATS.label_outputs}, write)
         lost = self._write_with(writers)
         are_sorted = cell_labels is None or (cell_labels[1:] >= cell_labels[:-1]).all()
         if not are_sorted and all_endings & {*FORMATS.label_outputs, ".sstk.json"}:
