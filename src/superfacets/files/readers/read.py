@@ -75,8 +75,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
         ``.gz`` may follow the ending. Groups, objects and all meshes of the default scene of a glTF
         file form one mesh, with a copy per node or instance, posed by skins and morph weights.
-        Strips and fans become triangles. A glTF file may refer only to files in its folder or in
-        subfolders.
+        Strips and fans become triangles. A glTF file may refer to files in or below its folder.
 
     Returns
     -------
