@@ -210,6 +210,8 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         suffix = path.suffix.lower()
         if suffix in _OTHER_ENDINGS:
             raise MeshError(f"{path}: {_OTHER_ENDINGS[suffix]}") from None
+        if path.name.lower().endswith((*{*FORMATS.labels}.difference(FORMATS.cells),)):
+            raise MeshError(f"{path}: a label file: give the mesh of these labels first") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
