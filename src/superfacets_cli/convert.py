@@ -81,12 +81,13 @@ class _Run:
         """Convert one file, and print a report."""
         job.outputs.check()
         cells, given, attributes = run_in_background(lambda: self._read(job))
-        labels = of_vertices = n_labels = None
+        labels = of_vertices = n_labels = names = None
         if given is not None:
             is_kept = self.folder is None and job.endings <= {*FORMATS.unconverted_outputs}
             labels = labels_of_cells(cells, given, is_noted=not is_kept)
-            of_vertices = given.labels if given.are_of_vertices else None
+            of_vertices, names = given.labels if given.are_of_vertices else None, given.names
             n_labels = len(np.unique(given.labels[given.labels >= 0]))
+            has_all = is_kept or n_labels == len(np.unique(labels[labels >= 0]))
         elif self.folder is not None or not job.endings <= {*FORMATS.cell_outputs}:
             raise MeshError(
                 f"{job.input}: there are no labels (none called {self.given['labels_named']}): give"
@@ -105,10 +106,11 @@ class _Run:
             if attributes is not None and attributes.texture is not None:
                 print_note(f"no texture in the files of {self.folder}")
         else:
-            is_table = given and given.path.name.lower().endswith(FORMATS.key_labels)
-            if is_table and not job.endings.isdisjoint(FORMATS.key_labels):
-                print_note(f"names and colors of areas are not copied from {self.labels}")
-            job.write(cells, labels, attributes, of_vertices=of_vertices)
+            if names and (not has_all or not job.endings.isdisjoint(FORMATS.key_labels)):
+                what = f"{'' if has_all else 'names and '}colors of areas"
+                print_note(f"{what} are not copied from {self.labels}")
+                names = names if has_all else {}
+            job.write(cells, labels, attributes, names=names, of_vertices=of_vertices)
         noun = kit.kind_of(cells).noun
         size = kit.counted(cells.n_cells, noun)
         job.report({f"n_{noun}s": cells.n_cells, "n_labels": n_labels}, size, noun, parts)

@@ -89,7 +89,8 @@ _WORDS = dict.fromkeys(("faces", "polygons", "triangles"), "mesh")
 def formats_command() -> None:
     """List the formats of files."""
     cells = {"mesh": FORMATS["read"], "points": FORMATS["read_points"]}
-    read: Tables = {**cells, "labels": FORMATS.labels}
+    values = FORMATS.vertex_values
+    read: Tables = {**cells, "labels": {*FORMATS.labels}.difference(values), "values": values}
     labels = {*FORMATS.labels, *FORMATS.label_outputs, *FORMATS.id_outputs, *FORMATS.class_outputs}
     kinds = {kind: {*table} - {_LABEL_IMAGE} for kind, table in FORMATS.writers.items()}
     labels = labels & {*FORMATS.outputs} | {_LABEL_IMAGE}

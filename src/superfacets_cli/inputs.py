@@ -67,9 +67,8 @@ def given_labels(
 ) -> GivenLabels:
     """Read a label file, which has one label per cell or, for a mesh, one label per vertex.
 
-    `source` is the input that contains the `cells`. `name` and `are_values` are the same as in
-    `CellFile.labels_in`. If the label file is a work file of the studio, the labels are the
-    classes, and -1 for no class.
+    `source` is the input that contains the `cells`. `name` and `are_values` are as in
+    `CellFile.labels_in`. If the label file is a work file of the studio, labels are classes or -1.
     """
     from superfacets_formats import label_names  # slow to import
 
@@ -128,8 +127,7 @@ def ranked_labels_beside(
 def read_input(text: str, format: str | None = None) -> CellFile:
     """Read a file, or standard input for ``-``.
 
-    If `format` is None, the format is taken from the file ending, or recognized from the content of
-    standard input.
+    If `format` is None, it is found from the file ending, or the content of standard input.
     """
     ending = None if format is None else f".{format}"
     if text != STANDARD_STREAM:

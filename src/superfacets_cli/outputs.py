@@ -92,18 +92,17 @@ class Job:
     ) -> None:  # fmt: skip
         """Write the outputs, and print notes on data that the outputs do not store.
 
-        `form` are changes of the options of formats, `names` are names of labels, and
-        `more` are further arguments of `OutputFiles.write`.
+        `form` changes options of formats, `names` is by label, `more` is for `OutputFiles.write`.
         """
-        if names and labels is not None:
-            values = np.unique(labels[labels >= 0]).tolist()
+        numbers = labels if more.get("of_vertices") is None else more["of_vertices"]
+        if names and numbers is not None:
+            values = np.unique(numbers[numbers >= 0]).tolist()
             form = {"classes": tuple(names.get(value, f"region_{value}") for value in values)}
             if lacking := sorted(self.endings.difference(FORMATS.class_outputs)):
                 print_notes([f"names of regions are not stored in {' and '.join(lacking)}"])
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
             written = outputs.write(cells, labels, attributes=attributes, **more)
-        numbers = labels if more.get("of_vertices") is None else more["of_vertices"]
         print_notes(notes_on_written(numbers, attributes, self.endings, written))
 
     def report(
@@ -168,7 +167,7 @@ def plan_jobs(
     stream = (*endings, ".ply")[0] if has_stream else None
     _check_stream(stream, is_text=given.get("ascii", False))
     form = {name: given[name] for name in FormatOptions.__dataclass_fields__ if name in given}
-    jobs = []
+    jobs, las = [], {".las", ".laz"}
     for text in inputs:
         files = list(named)
         if folders or not (outputs or has_stream):
@@ -177,6 +176,8 @@ def plan_jobs(
             files += [place / name for name in names]
         job = Job(text, tuple(files), stream, keeps=not given.get("drop_attributes"))
         jobs.append(replace(job, form=FormatOptions.checked([*job.endings], **form)))
+        if not job.keeps and Path(text).suffix.lower() in las and not las.isdisjoint(job.endings):
+            print_notes([f"{text}: its reference system, scale and offset are dropped, too"])
     check_files(jobs, also_read)
     for folder in folders:
         click.get_current_context().with_resource(kit.output_folder(Path(folder)))

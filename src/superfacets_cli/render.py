@@ -35,8 +35,7 @@ def _size(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple
 def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     """Return the values in the file `color_by`, or of the property with this name.
 
-    If `color_by` is a column of the table of regions, it is returned unchanged. The result is None
-    for the colors in the file.
+    If `color_by` is a column of the table of regions, it stays; the colors in the file are None.
     """
     if color_by is None or color_by == _OWN_COLORS:
         return None

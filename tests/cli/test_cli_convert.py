@@ -49,10 +49,9 @@ def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
         "superfacets: note: 9 regions with fewer than 20 vertices in .bin and .segs.json and"
         " _sp_label.npy: no neighbor has vertices to spare, and regions are not merged\n"
     )
-    assert printed.splitlines() == [
-        f"wrote {name}" + " (a label per vertex)" * name.endswith((".segs.json", ".bin", ".npy"))
-        for name in outputs
-    ] + ["a.ply: 72 faces"]
+    ids = (".segs.json", ".bin", ".npy")
+    wrote = [f"wrote {name}" + " (a label per vertex)" * name.endswith(ids) for name in outputs]
+    assert printed.splitlines() == [*wrote, "a.ply: 72 faces"]
     assert {*outputs} <= {*files_in(folder)}
     assert read_mesh("a.obj").n_faces == 72
     assert json.loads((folder / "a.sstk.json").read_text())["elementCount"] == 72
@@ -62,10 +61,8 @@ def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
 
 def test_classes_that_lose_their_numbers_are_a_note(run, folder):
     write_labels("classes.npy", np.where(np.arange(72) < 36, 5, 40))
-    assert (
-        "gaps in .bin; .segs.json keeps the labels 5, 40"
-        in run("convert", "a.ply", "classes.npy", "-o", "a.bin")[2]
-    )
+    err = run("convert", "a.ply", "classes.npy", "-o", "a.bin")[2]
+    assert "gaps in .bin; .segs.json keeps the labels 5, 40" in err
     assert run("convert", "a.ply", "classes.npy", "-o", "a.segs.json")[2] == ""
 
 
@@ -116,8 +113,11 @@ def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_verte
     assert_array_equal(read_labels("b.segs.json"), ids)
     assert_array_equal(np.fromfile("b.bin", "<i8"), np.unique(ids, return_inverse=True)[1])
     assert_array_equal(read_labels("b.label.gii"), ids)
+    text = (folder / "b.label.gii").read_text()
+    (folder / "b.label.gii").write_text(text.replace("region_3", "cuneus"))
     err = run("convert", "a.ply", "b.label.gii", "-o", "b.annot")[2]
-    assert "names and colors of areas are not copied from b.label.gii" in err
+    assert "note: colors of areas are not copied from b.label.gii" in err
+    assert b"cuneus\0" in (folder / "b.annot").read_bytes()
     groups = json.loads((folder / "b.aggregation.json").read_text())["segGroups"]
     assert [group["segments"] for group in groups] == [[i] for i in np.unique(ids)]
     args = ("convert", "a.ply", "v.segs.json", "-o", "c.segs.json", "-o", "c.npy")
@@ -125,9 +125,7 @@ def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_verte
     assert_array_equal(read_labels("c.segs.json"), ids)
     assert len(read_labels("c.npy")) == 72
     assert run(*args, "-q")[2] == ""
-    assert (
-        run("convert", "a.ply", "v.segs.json", "--vertex-labels", "--ascii", "-o", "b.ply")[0] == 0
-    )
+    assert run(*args[:3], "--vertex-labels", "--ascii", "-o", "b.ply")[0] == 0
     assert_array_equal(read_attributes("b.ply").vertex["label"], ids)
 
 
@@ -204,6 +202,10 @@ def test_parts_of_a_las_file_keep_its_fields_offsets_and_reference_system(run, t
         (record,) = part.header.vlrs.get_by_id("LASF_Projection")
         assert (record.record_id, record.record_data_bytes()) == projection[0]
     assert run("convert", tmp_path / "tile.las", *split, "--drop-attributes")[0] == 0
+    given = ("convert", tmp_path / "tile.las", "-o", tmp_path / "b.laz")
+    assert "reference system" not in run(*given)[2]
+    err = run(*given, "--drop-attributes")[2]
+    assert "its reference system, scale and offset are dropped, too" in err
     assert not laspy.read(tmp_path / "parts/region_6.las").classification.any()
 
 

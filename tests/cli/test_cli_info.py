@@ -25,9 +25,8 @@ def test_info_prints_counts(run, sheet):
 
 
 def test_info_lists_what_the_file_declares_and_what_became_of_it(run, tmp_path):
-    (tmp_path / "a.obj").write_text(
-        "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nvn 0 0 1\nf 1 2 3\n"
-    )
+    text = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nvn 0 0 1\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_text(text)
     out = run("info", tmp_path / "a.obj")[1]
     assert out.splitlines()[-3:] == [
         "cells                3 vertices; 1 face",
@@ -41,9 +40,10 @@ def test_info_lists_what_the_file_declares_and_what_became_of_it(run, tmp_path):
 
 def test_formats_name_the_extra_that_reading_needs(run):
     rows = {line.split()[0]: line.split() for line in run("formats")[1].splitlines()}
-    assert [rows[ending][3] for ending in (".vtk", ".msh", ".laz", ".e57")] == [
-        "viz", "mesh", "las", "e57",
-    ]  # fmt: skip
+    extras = [rows[ending][3] for ending in (".vtk", ".msh", ".laz", ".e57")]
+    assert extras == ["viz", "mesh", "las", "e57"]
+    kinds = {rows[ending][1] for ending in (".curv", ".area", ".shape.gii")}
+    assert (kinds, rows[".annot"][1]) == ({"values"}, "labels")
 
 
 def test_info_says_where_regions_would_become_stripes(run, tmp_path):
@@ -54,7 +54,7 @@ def test_info_says_where_regions_would_become_stripes(run, tmp_path):
     assert "sliver share         0.37" in out
     assert err == (
         f"superfacets: note: {path}: 37% of the area is in faces that are long and thin compared"
-        " with the regions, so regions will be stripes: try segment --subdivide\n"
+        " with the regions, so regions may be stripes: try segment --subdivide\n"
     )
     assert json.loads(run("info", path, "--json")[1])["sliver_share"] > 0.3
 
@@ -77,9 +77,8 @@ def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):
         err == f"superfacets: error: {bad}: not a PLY file: it does not begin with the word ply\n"
         "superfacets: error: 1 of 3 files failed\n"
     )
-    assert [line.split()[1] for line in out.splitlines() if line.startswith("file ")] == [
-        str(sheet)
-    ] * 2
+    files = [line.split()[1] for line in out.splitlines() if line.startswith("file ")]
+    assert files == [str(sheet)] * 2
     status, out, _ = run("info", sheet, sheet, "--json")
     assert [json.loads(line)["file"] for line in out.splitlines()] == [str(sheet)] * 2
 

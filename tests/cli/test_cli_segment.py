@@ -117,7 +117,7 @@ def test_slivers_are_a_note_of_one_line(run, block):
     assert status == 0
     assert err == (
         "superfacets: note: 37% of the area is in faces that are long and thin compared with the"
-        " regions, so regions will be stripes: try --subdivide\n"
+        " regions, so regions may be stripes: try --subdivide\n"
     )
 
 

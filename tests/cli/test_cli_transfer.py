@@ -65,10 +65,8 @@ def test_what_is_too_far_gets_no_label(run, folder):
         "-o", "near.npy", "--threads", 2,
     )  # fmt: skip
     n_points = len(np.load("near.npy"))
-    assert (status, out.splitlines()[-1]) == (
-        0,
-        f"points.ply: {n_points} points, 5 labels, 1 without a label",
-    )
+    last = f"points.ply: {n_points} points, 5 labels, 1 without a label"
+    assert (status, out.splitlines()[-1]) == (0, last)
     assert (np.load("near.npy") == -1).tolist() == [False] * (n_points - 1) + [True]
 
 

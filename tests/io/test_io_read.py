@@ -31,6 +31,7 @@ def test_an_unknown_ending_is_refused(refuse, name, got):
 
 def test_files_that_meshio_converts_are_refused_with_the_command(refuse):
     refuse("a.bdf", b"CEND", "a.bdf: convert the file first: meshio convert IN OUT.msh")
+    refuse("lh.annot", b"", "lh.annot: a label file: give the mesh of these labels first")
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,8 @@ def normals_of(part):
 
 
 def same_regions(one, other):
-    return (
-        len({*zip(one.tolist(), other.tolist(), strict=True)}) == one.max() + 1 == other.max() + 1
-    )
+    pairs = {*zip(one.tolist(), other.tolist(), strict=True)}
+    return len(pairs) == one.max() + 1 == other.max() + 1
 
 
 @pytest.mark.parametrize("n_arc", [4, 8, 40])
@@ -25,8 +24,7 @@ def test_flat_sides_are_separated_from_fillets(n_arc):
     part = shapes.rounded_slab(n_arc)
     labels = sf.cad_faces(part)
     is_flat = (np.abs(normals_of(part)) > 1e-9).sum(axis=1) == 1
-    assert labels.max() == 9
-    assert labels.dtype == np.int32
+    assert (labels.max(), labels.dtype) == (9, np.int32)
     assert len(np.unique(labels[is_flat])) == 6
     assert np.isin(labels[~is_flat], labels[is_flat]).sum() == 0
 
@@ -58,6 +56,8 @@ CHANGES = {
     "meters": lambda part: sf.Mesh(part.vertices * 1e-3, part.faces),
     "inside out": lambda part: sf.Mesh(part.vertices, part.faces[:, ::-1]),
     "rounded": lambda part: sf.Mesh(part.vertices.round(5), part.faces),
+    "decimals": lambda part: sf.Mesh(turned(part).vertices.round(3), part.faces),
+    "far away": lambda part: sf.Mesh(np.float32(turned(part).vertices + 5000), part.faces),
 }  # fmt: skip
 
 
@@ -103,9 +103,11 @@ def test_a_sliver_on_a_sharp_edge_does_not_join_both_sides(shift):
     assert sf.cad_faces(sf.Mesh(vertices, faces))[[0, 1, 3, 4, 5]].tolist() == [0, 0, 1, 1, 1]
 
 
-def test_faces_without_neighbors_are_regions():
+def test_faces_without_neighbors_and_thin_sides_are_regions():
     assert sf.cad_faces(sf.Mesh(np.eye(3), [[0, 1, 2]])).tolist() == [0]
     assert sf.cad_faces(shapes.fins()).tolist() == [0, 1, 2]  # three faces share an edge
+    plate = sf.Mesh(shapes.cube().vertices * [300, 300, 0.1], shapes.cube().faces)
+    assert sf.cad_faces(plate).max() == 5  # few decimals need not be rounded
     cube = shapes.soup(shapes.cube())
     torn = sf.Mesh(cube.vertices + np.linspace(0, 1e-4, cube.n_vertices)[:, None], cube.faces)
     with pytest.warns(sf.IslandWarning, match="12 of 12 faces have no neighbor"):

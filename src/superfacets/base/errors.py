@@ -49,7 +49,7 @@ class RadiusWarning(UserWarning):
 
 
 class SliverWarning(UserWarning):
-    """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
+    """Regions may be stripes, because faces are long and thin. The message suggests a remedy."""
 
     MAX_SHARE = 0.1
     """Fraction of the area in long and thin faces above which `segment` warns. In 31 of 189 cases
@@ -64,7 +64,7 @@ class SliverWarning(UserWarning):
             return None
         return (
             f"{share:.0%} of the area is in faces that are long and thin compared with the regions,"
-            f" so regions will be stripes: {advice}"
+            f" so regions may be stripes: {advice}"
         )
 
 

@@ -108,8 +108,7 @@ class LoopOptions:
 class Sizes:
     """Sizes that regions get: balanced, between bounds, or a fixed number of cells.
 
-    The argument `sizes` of `segment`. Either only `cells` is given, or some of the other
-    parameters.
+    The argument `sizes` of `segment`. Either only `cells` is given, or some other parameters.
 
     Parameters
     ----------

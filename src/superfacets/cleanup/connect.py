@@ -41,8 +41,7 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions get labels from K on, usually in the order of their
-        lowest cells.
+        Regions keep their labels. New ones get labels from K on, usually by their lowest cells.
 
     Raises
     ------

@@ -321,8 +321,7 @@ def with_counts(
         gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
         if stays.all() and not gets.any():
             return clustering
-        # A component may need several rounds, because a round adds at most one center to each
-        # region.
+        # A component may need several rounds: a round adds at most one center to each region.
         centers = np.concatenate([found.centers[stays], more[gets]])
         clustering = Clustering(graph, centers, math.inf, *limits)
 

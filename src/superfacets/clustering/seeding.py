@@ -35,8 +35,7 @@ def place_seeds(
         Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
         is the sum of all measures. By default as in `segment`.
     radius : float, optional
-        Expected radius r, > 0, in the unit of the positions. The number k is then A / (pi r^2),
-        rounded.
+        Expected radius r, > 0, in the unit of the positions; k is then A / (pi r^2), rounded.
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 

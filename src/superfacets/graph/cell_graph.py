@@ -52,8 +52,7 @@ class ArcMeasures:
         sorted by this index. If three or more cells meet at a side, several arcs of a cell have the
         same index. By default, each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
-        Length of the part of each cell's border that is not shared with another cell. The default
-        is 0.
+        Length of the part of each cell's border that no other cell shares. The default is 0.
     """
 
     border_lengths: Floats

@@ -218,8 +218,7 @@ def sharp_edges(
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid or has no faces, or if `angle` is not a number above 0 and at most
-        180.
+        If the mesh is not valid or has no faces, or if `angle` is not in (0, 180].
 
     Examples
     --------

@@ -12,8 +12,7 @@ from ..base.types import Floats
 from ..mesh.faces import FaceMesh, measure_faces, sliver_area
 
 DEFAULT_N_SEGMENTS = 150
-"""Number of regions if `segment` is called without a number, a radius and seeds. The paper uses
-this number."""
+"""Number of regions if `segment` gets no number, radius or seeds. The paper uses this number."""
 
 
 class RegionSize(NamedTuple):

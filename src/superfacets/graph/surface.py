@@ -18,8 +18,7 @@ from .face_graph import FaceGraph, core_surface
 from .tet_cells import TetCells
 
 NO_NORMALS = np.empty((0, 3))
-"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
-itself."""
+"""Empty array in place of normals. If `_core` gets it, it computes the normals of triangles."""
 
 VOLUME_NOISE = 1e-12
 """The enclosed volume of a mesh is treated as 0 if it is at most this fraction of the cube of the

@@ -107,8 +107,7 @@ def evaluate(
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, tetrahedron or point, >= 0; -1 for cells in no region, which no metric
-        counts.
+        Region of each face, tetrahedron or point, >= 0; -1 for no region, which no metric counts.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         One or several ground truths: the true segment (>= 0) of each cell, or -1 for unannotated
         cells, which are ignored. `GroundTruths` save time if many labels of one mesh are evaluated;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import numpy as np
@@ -12,11 +13,12 @@ from ..graph.constraints import ANGLE_NOISE, checked_angle, components_of
 from ..graph.kinds import as_surface
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import corners_of
+from ..mesh.faces import FaceMesh, corners_of
 
-ROUNDING, MAX_TILT = 1e-6, 0.5
-"""Largest rounding error, as a fraction of the diagonal; in float32, it is 6e-8. It tilts a face by
-error / height, in radians. Faces that it can tilt by MAX_TILT join a neighbor."""
+ROUNDING, COARSEST, STEPS, MAX_TILT = 1e-6, 1e-4, 2.5, 0.5
+"""Rounding error that is always allowed, and largest step of rounded coordinates, as fractions of
+the diagonal. Errors are at most about STEPS steps; they add up over the corners of two faces. They
+tilt a face by error / height, in radians. Faces that can be tilted by MAX_TILT join a neighbor."""
 
 DIFFERENCE, SCATTER, FEW = 0.35, 0.3, 8
 """Areas are similar if curvatures differ by less than DIFFERENCE + SCATTER / sqrt(n), relative to
@@ -31,7 +33,8 @@ def cad_faces(
 
     Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss. A
     chain of fillets of one radius, straight and around corners, is one area. An `IslandWarning` is
-    given if most faces have no neighbor.
+    given if most faces have no neighbor. Coordinates may be rounded to steps of 1e-6 of the
+    diagonal, or of 1e-4 if all of them have the same decimals or the precision of float32.
 
     Parameters
     ----------
@@ -65,7 +68,7 @@ def cad_faces(
         found = f"{n_alone} of {source.n_faces} faces have no neighbor"
         advice = "if corners differ by rounding errors, join them with weld="
         warnings.warn(f"{found}: {advice}", IslandWarning, stacklevel=2)
-    labels, sums, pairs = _patches(surface, corners_of(source).sizes, limit)
+    labels, sums, pairs = _patches(surface, source, limit)
     while n_few <= FEW and pairs.size:
         targets = _targets(sums, pairs, 1 / surface.diagonal, n_few)
         n = int(targets.max()) + 1
@@ -75,7 +78,18 @@ def cad_faces(
     return surface.components(labels)
 
 
-def _patches(surface: Surface, sizes: Longs | int, limit: float) -> tuple[Longs, Floats, Longs]:
+def _rounding_error(vertices: Floats, diagonal: float) -> float:
+    """Estimate the rounding error from the decimals or the precision of all coordinates."""
+    singles, (low, high) = vertices.astype(np.float32), np.array([ROUNDING, COARSEST]) * diagonal
+    stored = singles if (singles == vertices).all() else vertices
+    spacing = step = float(np.spacing(np.abs(stored).max()))
+    for n in range(math.ceil(1 - math.log10(low)), math.floor(-math.log10(high)) - 1, -1):
+        if np.abs(vertices - vertices.round(n)).max() <= spacing:
+            step = 10.0**-n if 10.0**-n <= high else spacing  # coarser decimals may be exact
+    return float(max(low, STEPS * min(max(step, spacing), high)))
+
+
+def _patches(surface: Surface, mesh: FaceMesh, limit: float) -> tuple[Longs, Floats, Longs]:
     """Return the flat patch of each face, sums over each patch, and pairs of neighbors, (2, P).
 
     Sums, (K, 5): half the angles times lengths of convex and concave edges, area, patches, corners.
@@ -86,7 +100,8 @@ def _patches(surface: Surface, sizes: Longs | int, limit: float) -> tuple[Longs,
     lengths, ends = arcs.border_lengths, np.stack([sources, surface.neighbors])
     longest = np.zeros_like(areas)
     np.maximum.at(longest, sources, lengths)
-    heights, error = 2 * areas / np.where(longest > 0, longest, 1), ROUNDING * surface.diagonal
+    heights = 2 * areas / np.where(longest > 0, longest, 1)
+    error, sizes = _rounding_error(mesh.vertices, surface.diagonal), corners_of(mesh).sizes
     is_known = MAX_TILT * heights > error
     is_same = (sources[1:] == sources[:-1]) & (arcs.sides[1:] == arcs.sides[:-1])
     is_smooth = (np.abs(arcs.angles) < limit) & is_known[ends].all(axis=0)
@@ -97,8 +112,10 @@ def _patches(surface: Surface, sizes: Longs | int, limit: float) -> tuple[Longs,
     is_flat[np.lexsort((lengths, is_known[ends[1]], sources))[last]] = True
     patches, n = components_of(surface, is_flat, sources)
     pairs = patches[ends[:, is_smooth]].astype(np.int64)
-    bends = (arcs.angles * lengths / 2)[is_smooth] * (pairs[0] != pairs[1])
-    convex, concave = (np.bincount(pairs[0], np.maximum(x, 0), n) for x in (-bends, bends))
+    bends, is_inner = (arcs.angles * lengths / 2)[is_smooth], pairs[0] == pairs[1]
+    inner = np.bincount(pairs[0], bends * is_inner, n)  # of flat patches 0: noise cancels out
+    outer = [np.bincount(pairs[0], np.maximum(x, 0) * ~is_inner, n) for x in (-bends, bends)]
+    convex, concave = outer[0] + np.maximum(-inner, 0), outer[1] + np.maximum(inner, 0)
     total, corners = (np.bincount(patches, x, n) for x in (areas, sizes * is_known))
     sums = np.stack([convex, concave, total, np.ones(n), corners], axis=1)
     return patches.astype(np.int64), sums, _distinct(pairs, n)

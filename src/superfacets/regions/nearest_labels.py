@@ -87,8 +87,7 @@ def transfer(
     MeshError
         If a mesh is not valid, or if points are not finite or do not have shape (M, 3).
     ValueError, TypeError
-        If labels are not one integer >= -1 per cell or vertex, or if another parameter is not
-        valid.
+        If labels are not one integer >= -1 per cell or vertex, or another parameter is not valid.
 
     Examples
     --------

@@ -215,8 +215,7 @@ def _means(table: Array, members: _Members) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
-            # Only differences from the first value are averaged, so the mean of equal values is
-            # exact.
+            # The mean of equal values is exact: differences from the first value are averaged.
             base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
             part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
             part *= weights[inside, np.newaxis]

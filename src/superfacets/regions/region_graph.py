@@ -174,8 +174,7 @@ class RegionGraph:
     def sphericity(self) -> Floats:
         """s2 / s0 for the `deviations` s0, s1, s2, shape (K,).
 
-        The value is 1 for a ball, 0 for a flat region, and NaN for a point. It is also called
-        scattering.
+        Also called scattering. It is 1 for a ball, 0 for a flat region, and NaN for a point.
         """
         return _ratio(self.deviations[:, 2], self.deviations[:, 0])
 

@@ -75,8 +75,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
         ``.gz`` may follow the ending. Groups, objects and all meshes of the default scene of a glTF
         file form one mesh, with a copy per node or instance, posed by skins and morph weights.
-        Strips and fans become triangles. A glTF file may refer only to files in its folder or in
-        subfolders.
+        Strips and fans become triangles. A glTF file may refer to files in or below its folder.
 
     Returns
     -------
@@ -208,9 +207,13 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        of_folder = "is a folder: use superfacets batch" if path.is_dir() else None
-        if other := of_folder or _OTHER_ENDINGS.get(suffix):
-            raise MeshError(f"{path}: {other}") from None
+        advice = _OTHER_ENDINGS.get(suffix)
+        if path.name.lower().endswith((*{*FORMATS.labels}.difference(FORMATS.cells),)):
+            advice = "a label file: give the mesh of these labels first"
+        if path.is_dir():
+            advice = "is a folder: use superfacets batch"
+        if advice:
+            raise MeshError(f"{path}: {advice}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"

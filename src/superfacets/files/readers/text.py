@@ -106,8 +106,7 @@ class Lines:
         """Return all numbers, flat, or raise a MeshError if a token is not a number.
 
         The message has the line number. Decimal numbers are rounded to the nearest double. Integers
-        are int32 if all of them fit, otherwise int64. Integers outside the range of int64 are
-        clipped.
+        are int32 if all of them fit, otherwise int64. Integers beyond int64 are clipped.
         """
         if dtype is np.float64:
             return self._parse([_core.parse_doubles], _read_double)

@@ -137,9 +137,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         Output file. The ending selects the format:
 
         - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
-        - labels of vertices (for labels of faces, use `write_mesh`): ``.segs.json``; ``.bin``,
-          ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps); ``.label.gii`` or
-          ``.annot`` (with a table of colors and names);
+        - labels of vertices (of faces: use `write_mesh`; an array of them is not noticed):
+          ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps);
+          ``.label.gii`` or ``.annot`` (with a table of colors and names);
         - labels of triangles: ``.sstk.json``; of segments: ``.aggregation.json`` (a group each).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
