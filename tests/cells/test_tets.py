@@ -235,8 +235,7 @@ def test_a_graph_of_tetrahedra_is_clustered_as_the_mesh():
     assert np.array_equal(result.labels, expected.labels)
     assert result.params["radius"] == expected.params["radius"]
     assert metrics.compactness(cells, result) == pytest.approx(metrics.compactness(body, result))
-    same = pickle.loads(pickle.dumps(cells))
-    assert same.dimension == 3
+    assert pickle.loads(pickle.dumps(cells)).dimension == 3
     with pytest.raises(ValueError, match="dimension must be 2 or 3, got 4"):
         CellGraph([[0, 0, 0]], [1], [0, 0], [], [], dimension=4)
 

@@ -244,8 +244,7 @@ def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0, sizes=(), goa
     options = _core.SmoothOptions(
         costs.radius, max_chain, max_sweeps, *stiff, np.array(sizes, float), np.array(goals, float)
     )
-    found = _core.smooth_borders(*costs.args, array, none, options, 1)
-    assert found.tolist() == expected
+    assert _core.smooth_borders(*costs.args, array, none, options, 1).tolist() == expected
 
 
 @pytest.mark.parametrize("stiffness", [0.5, 20.0])

@@ -93,8 +93,7 @@ def owned_indices(array: Array) -> Ints:
     """Return a copy of `array` as int32; integers outside the range of int32 become negative."""
     # Unsigned integers of 2**63 or more wrap to negative numbers when converted to int64.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
-    narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
-    return narrow.reshape(array.shape)
+    return _core.narrow_indices(given.ravel(), checked_threads(None)).reshape(array.shape)
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:

@@ -122,8 +122,7 @@ def border_lines(
     threads = checked_threads(n_threads)
     array, _ = checked_regions(labels, checked.n_faces)
     graph = build_face_graph(checked, weld=weld, n_threads=threads)
-    segments = _Segments.of(checked, graph, array, weld, threads)
-    return _lines_of(segments, checked)
+    return _lines_of(_Segments.of(checked, graph, array, weld, threads), checked)
 
 
 @dataclass(frozen=True, eq=False)

@@ -240,8 +240,7 @@ def _are_equal(own: Any, stored: Array) -> bool:
     """Return whether a property is the same as own values; NaN equals NaN."""
     # One value stands for all rows.
     values = np.broadcast_to(own, stored.shape) if np.ndim(own) == 0 else np.asarray(own)
-    is_real = stored.dtype.kind == "f"
-    return np.array_equal(values, stored, equal_nan=is_real)
+    return np.array_equal(values, stored, equal_nan=stored.dtype.kind == "f")
 
 
 @dataclass(frozen=True)

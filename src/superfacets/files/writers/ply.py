@@ -159,6 +159,5 @@ def _filled(columns: Columns, rows: slice | Longs, corners: Array | None = None)
 def _as_text(rows: Array) -> bytes:
     """Format rows as text, with enough digits to restore all numbers exactly."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
-    words = [number_format(column) for column in columns for _ in column.T]
-    row = " ".join(words) + "\n"
+    row = " ".join([number_format(column) for column in columns for _ in column.T]) + "\n"
     return text_rows(row, [axis for column in columns for axis in column.T])
