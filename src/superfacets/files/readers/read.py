@@ -207,9 +207,11 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        advice = "is a folder: use superfacets batch" if path.is_dir() else _OTHER_ENDINGS.get(suffix)
         is_labels = path.name.lower().endswith((*{*FORMATS.labels}.difference(FORMATS.cells),))
-        advice = advice or ("a label file: give the mesh of these labels first" if is_labels else "")
+        advice = "a label file: give the mesh of these labels first" if is_labels else ""
+        advice = _OTHER_ENDINGS.get(suffix, advice)
+        if path.is_dir():
+            advice = "is a folder: use superfacets batch"
         if advice:
             raise MeshError(f"{path}: {advice}") from None
         advice = ": convert the file first" if suffix else ""
