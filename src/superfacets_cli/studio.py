@@ -33,7 +33,7 @@ if TYPE_CHECKING:
            " columns id, name, color and stuff, a .json list of classes, or an .objects.json file"
            " exported by the studio. All files of a folder share them."),
     option("--port", click.IntRange(1, 65_535),
-           "Port that the server listens on.  [default: a free port]"),
+           "Port that the server listens on.  [default: a free one, first 28400]"),
     option("--list is_list", FLAG,
            "Print the labeled percentage, active time and strokes of each file, and exit."),
     option("--export exports KIND", None,

@@ -15,6 +15,8 @@ import shapes
 
 pytest.importorskip("uvicorn")
 
+HOST = ("127.0.0.1", 0)  # any free port
+
 
 def seen(address):
     """Return the address that a browser opens, its file, the content, and rights of other users."""
@@ -64,9 +66,7 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
 
 
 def test_a_port_in_use_is_an_error(run, sheet, served):
-    with socket.socket() as other:
-        other.bind(("127.0.0.1", 0))
-        other.listen()
+    with socket.create_server(HOST) as other:
         port = other.getsockname()[1]
         status, out, err = run("studio", sheet, "--port", port)
     assert (status, out, served) == (1, "", [])
@@ -108,19 +108,32 @@ def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
     assert not (tmp_path / "a.ply.studio.jsonl").exists()
 
 
+def test_servers_have_the_same_ports_again(run, sheet, served, monkeypatch):
+    def used():
+        run("studio", sheet, "--no-browser")
+        served[-1][0].close()
+        return served[-1][1][1]
+
+    with socket.create_server(HOST) as one, socket.create_server(HOST) as other:
+        ports = [one.getsockname()[1], other.getsockname()[1]]
+    monkeypatch.setattr("superfacets_studio.web.address.PORTS", ports)
+    assert [used(), used()] == [ports[0]] * 2
+    with socket.create_server(("127.0.0.1", ports[0])):
+        assert used() == ports[1]
+        with socket.create_server(("127.0.0.1", ports[1])):
+            assert used() not in ports
+
+
 def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
     from superfacets_studio.web.address import Address, address_file, keep, open_again
 
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
+    with socket.create_server(HOST) as free:
         kept = Address(free.getsockname()[1], "a-token-of-the-tests")
     for port in (None, kept.port):
         opened, address = open_again(port, kept)
         opened.close()
         assert address == kept
-    with socket.socket() as other:
-        other.bind(("127.0.0.1", kept.port))
-        other.listen()
+    with socket.create_server(("127.0.0.1", kept.port)):
         opened, address = open_again(None, kept)
         opened.close()
         assert address.port != kept.port

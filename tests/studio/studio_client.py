@@ -16,7 +16,10 @@ from superfacets_studio.documents.files import Files
 from superfacets_studio.web.app import Studio, studio_app
 
 TOKEN, PORT = "a-token-of-the-tests", 8765
-COMMAND = "from superfacets_cli.main import main; main()"
+COMMAND = """from superfacets_cli.main import main
+from superfacets_studio.web import address
+address.PORTS = ()  # of a server that is killed, no other test takes the port
+main()"""
 
 
 def encoded(cells):

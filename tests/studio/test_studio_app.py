@@ -6,6 +6,7 @@ import json
 import sys
 import threading
 import time
+from pathlib import Path
 
 import httpx
 import numpy as np
@@ -457,6 +458,11 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
     sheet.write_text("no mesh")
     with pytest.raises(RenderError, match="MeshError"):
         Thumbnails().png(sheet)
+
+
+def test_the_state_names_the_work_file_with_its_folder(serve, sheet, monkeypatch):
+    monkeypatch.chdir(sheet.parent)  # the browser has one storage for files of all folders
+    assert serve(Path(sheet.name)).state()["work"] == f"{sheet.resolve()}.studio.jsonl"
 
 
 def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):

@@ -24,7 +24,7 @@ def port(sheet, monkeypatch, limit):
     """Yield the port of a studio in a thread of this process, whose timeout is short."""
     limit("wait for a request", 0.3)
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
-    opened, address = open_again(None, None)
+    opened, address = open_again(0, None)
     started = threading.Event()
     files = Files.of(sheet, None, 20, ())
     with opened:

@@ -1,8 +1,9 @@
 """Choose the port and access token of a server, store them, and pass them to a browser.
 
-The next server for the same work file or folder uses the same address. Therefore, a page that is
-still open works again after its server was killed and restarted. Only the owner can read the file
-with the stored address. The file is removed when the server ends normally.
+The browser keeps view, tool, class and keys for each port, so servers use the first free port of
+the same few. After its server was killed, the next server for a work file or folder uses the same
+port and token, so a page that is still open works again. Only the owner can read the file with the
+stored address. The file is removed when the server ends normally.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import IO
 
 HOST = "127.0.0.1"  # the server accepts no connections from other machines
+PORTS = range(28_400, 28_410)  # below the ports that systems hand out, and of no known service
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
 """Environment variable with a fixed token for scripts, instead of a random token."""
 
@@ -83,14 +85,18 @@ def open_socket(port: int) -> socket.socket:
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
     """Return a socket that listens on `port`, and the address of the server.
 
-    If `port` is None, the address of the last server, `kept`, is used again. If there is no such
-    address, or if its port is in use, any free port is used. If the port differs from the port of
-    `kept`, the server gets a new token.
+    If `port` is None, the port is the first free one of the port of `kept`, which is the address of
+    a server that was killed, and of `PORTS`, or otherwise any free port. If the port differs from
+    the port of `kept`, the server gets a new token.
     """
-    if port is None and kept is not None:
+    usual = [*([] if kept is None else [kept.port]), *PORTS, 0]
+    *tried, last = usual if port is None else [port]
+    for number in tried:
         with contextlib.suppress(OSError):
-            return open_socket(kept.port), kept
-    opened = open_socket(port or 0)
+            opened = open_socket(number)
+            break
+    else:
+        opened = open_socket(last)
     number = opened.getsockname()[1]
     if kept is not None and kept.port == number:
         return opened, kept

@@ -42,8 +42,8 @@ def _state(document: Document, query: Body) -> Body:
         **regions_of(document.revision), "classes": list(document.class_list),
         "levels": levels_of(parameters["n_segments"]), "exports": names_of_exports(document),
         "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
-        "work": str(document.journal.path), "notes": [*document.notes, *document.base.notes],
-        **progress_of(document),
+        "work": str(document.journal.path.resolve()), **progress_of(document),
+        "notes": [*document.notes, *document.base.notes],
     }  # fmt: skip
 
 

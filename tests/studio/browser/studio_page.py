@@ -10,6 +10,7 @@ import urllib.request
 from functools import partial
 
 import numpy as np
+from studio_client import COMMAND
 
 from superfacets_studio.documents.files import Files
 from superfacets_studio.web.address import open_again
@@ -51,7 +52,7 @@ class Server:
 
     def __init__(self, path, n_segments):
         files = Files.of(path, None, n_segments, ())
-        opened, address = open_again(None, None)
+        opened, address = open_again(0, None)
         started = queue.Queue()
 
         def run():
@@ -96,9 +97,7 @@ class Command(Server):
 
     def start(self):
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "superfacets", *self.arguments],
-            stdout=subprocess.PIPE,
-            text=True,
+            [sys.executable, "-c", COMMAND, *self.arguments], stdout=subprocess.PIPE, text=True
         )
         lines = queue.Queue()
         threading.Thread(target=lambda: lines.put(self.process.stdout.readline())).start()
