@@ -54,7 +54,7 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from superfacets_studio import Files, effort_text, new_classes
+    from superfacets_studio import Files, effort_text, new_classes, rounded
 
     if is_list and exports:
         raise click.UsageError("--list and --export exclude each other: run the command twice")
@@ -66,10 +66,10 @@ def studio_command(
     if exports:
         _export(files, exports, output)
     elif is_list:
-        for entry in files.listed():
-            is_changed, is_reviewed = entry.get("changed_since_review"), entry.get("reviewed")
-            state = "  changed since review" if is_changed else "  reviewed" if is_reviewed else ""
-            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}{effort_text(entry)}")
+        for one in files.listed():
+            is_changed, done = one.get("changed_since_review"), 100 * rounded(one["done"])
+            state = "  changed since review" if is_changed else "  reviewed" * ("reviewed" in one)
+            click.echo(f"{done:5.1f} %  {one['name']}{state}{effort_text(one)}")
     else:
         _serve(files, port, is_shown=not no_browser)
 

@@ -1,5 +1,6 @@
 """Names that other apps use, beside the public names of superfacets."""
 
+from .documents.agreement import rounded as rounded
 from .documents.effort import effort_text as effort_text
 from .documents.files import Files as Files
 from .documents.files import agreed as agreed

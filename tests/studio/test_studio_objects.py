@@ -13,6 +13,7 @@ import shapes
 
 import superfacets
 from superfacets import vertex_labels, write_mesh
+from superfacets_studio.documents.agreement import agreement_text, folders_text, with_means
 from superfacets_studio.documents.document import Document, merged_work, work_file_of
 from superfacets_studio.documents.files import Files
 from superfacets_studio.documents.journal import JournalError, _coded
@@ -421,6 +422,15 @@ def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
     document.accept(_range(0, 40), "theirs")
     assert document.instances[[0, 11, 12, 31, 32]].tolist() == [1002, 1002, 1001, 1001, 2001]
     document.close()
+
+
+def test_works_that_nearly_agree_are_not_said_to_agree():
+    wall = {"name": "wall", "iou": 0.9999, "objects": []}
+    found = {"file": "a", "labeled": 1.0, "share": 0.9999, "classes": [wall]}
+    shown = agreement_text(found) + folders_text([with_means("a", found)])
+    assert re.findall(r"[01]\.\d+|\d+\.\d %", shown) == [
+        "100.0 %", "99.9 %", "0.999", "100.0 %", "99.9 %", "0.999",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("prefer", ["mine", "theirs"])

@@ -84,9 +84,7 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
         if is_object and own not in taken and other not in number_of:
             number_of[other] = own % INSTANCES
             taken.add(own)
-    highest: dict[int, int] = {}
-    for own in np.unique(mine).tolist():
-        highest[own // INSTANCES] = own % INSTANCES
+    highest = {own // INSTANCES: own % INSTANCES for own in np.unique(mine).tolist()}
     found, ranks = np.unique(theirs, return_inverse=True)
     numbers = np.zeros(len(found), np.int64)
     for rank, other in enumerate(found.tolist()):
@@ -137,16 +135,21 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def rounded(share: float) -> float:
+    """Return a share for text of at most three digits, which says 1 or 100 % only if it is 1."""
+    return share if share > 1 - 1e-12 else min(share, 0.9994)
+
+
 def agreement_text(found: dict[str, Any]) -> str:
     """Return a result of `agreement` as text for people, with a table."""
     lines = [
-        f"both labeled {100 * found['labeled']:.1f} % of the area",
-        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
+        f"both labeled {100 * rounded(found['labeled']):.1f} % of the area",
+        f"both agree on {100 * rounded(found['share']):.1f} % of the area that both have labeled",
     ]
     rows = [["IoU there", "class", "object in MINE", "object in THEIRS", "object when merged"]]
     for row in found["classes"]:
         for one in [{**row, "mine": "", "theirs": "", "object": ""}, *row["objects"]]:
-            iou = None if one["iou"] is None else f"{one['iou']:.3f}"
+            iou = None if one["iou"] is None else f"{rounded(one['iou']):.3f}"
             shown = (iou, row["name"], one["mine"], one["theirs"], one["object"])
             rows.append(["-" if value is None else str(value) for value in shown])
     return "\n".join([*lines, *_padded(rows)])
@@ -185,10 +188,10 @@ def folders_text(entries: Sequence[Mapping[str, Any]]) -> str:
     """Return a table for people with a row for each of the results of `with_means`."""
     rows = [["file", "both labeled", "agree there", "mean IoU of classes", "mean IoU of objects"]]
     for one in entries:
-        agree = f"{100 * one['share']:.1f} %" if one["labeled"] else "-"
+        agree = f"{100 * rounded(one['share']):.1f} %" if one["labeled"] else "-"
         ious = (one["mean_class_iou"], one["mean_object_iou"])
-        means = ("-" if iou is None else f"{iou:.3f}" for iou in ious)
-        rows.append([one["file"], f"{100 * one['labeled']:.1f} %", agree, *means])
+        means = ("-" if iou is None else f"{rounded(iou):.3f}" for iou in ious)
+        rows.append([one["file"], f"{100 * rounded(one['labeled']):.1f} %", agree, *means])
     return "\n".join(_padded(rows))
 
 

@@ -24,8 +24,6 @@ from ..labels.classes import names_of
 from ..regions.revisions import Revision
 from .objects import FORMATS, FORMATS_OF_KIND, PAIRED, vertex_instances, write_objects
 
-_GRAY = (190, 190, 190)
-
 _LISTS = ("npy", "seg", "txt")
 LABELED = "labels.ply"
 """Format of ScanNet: a mesh with the class and the color of the class of each vertex."""
@@ -274,7 +272,7 @@ def _names_of(document: Document, classes: Ints) -> list[str]:
 
 
 def _colors_of(document: Document) -> Bytes:
-    table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
+    table = np.full((int(document.state.classes.max()) + 1, 3), 190, np.uint8)  # gray
     for entry in document.class_list:
         if entry["id"] < len(table):
             table[entry["id"]] = list(bytes.fromhex(entry["color"][1:]))

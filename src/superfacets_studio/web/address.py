@@ -36,8 +36,6 @@ _REDIRECTION = """<!DOCTYPE html>
 <p><a href="{0}">Open the studio</a></p></html>
 """
 
-_FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
-
 
 @dataclass(frozen=True)
 class Address:
@@ -119,7 +117,7 @@ def stored_address(path: Path) -> Address | None:
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
         is_own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
-        is_closed = os.name == "nt" or not status.st_mode & _FOR_OTHERS
+        is_closed = os.name == "nt" or not status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
         if stat.S_ISREG(status.st_mode) and is_own and is_closed:
             found = json.loads(path.read_text(encoding="ascii"))
             port, token = found["port"], found["token"]

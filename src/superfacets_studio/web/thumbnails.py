@@ -13,8 +13,6 @@ from pathlib import Path
 
 from superfacets import RenderError
 
-SIZE = (320, 240)
-
 SECONDS = 120.0  # time limit for drawing a thumbnail, in seconds
 
 
@@ -80,7 +78,7 @@ def main() -> None:
 
     up, source, target = sys.argv[1:4]
     try:
-        plot(source, output=target, size=SIZE, view=View(up=up))  # type: ignore[arg-type]
+        plot(source, output=target, size=(320, 240), view=View(up=up))  # type: ignore[arg-type]
     except Exception as error:
         sys.exit(f"{type(error).__name__}: {error}")
 
