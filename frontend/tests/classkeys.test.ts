@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { percent } from "../src/shared/dom";
+import { en } from "../src/studio/text/en";
 import { ClassKeys, classesFor, withKey } from "../src/studio/data/classkeys";
 import type { ClassEntry } from "../src/studio/data/contract";
 
@@ -81,4 +82,9 @@ test.each([
   [1 - 1e-12, "100 %"],
 ])("the fraction %d of the labeled area is shown as %s", (fraction, shown) => {
   expect(percent(fraction)).toBe(shown);
+});
+
+test("works that nearly agree are not said to agree", () => {
+  expect(en.comparison.agreement("a", 1, 0.99999)).toContain("label 100.0 % of the area, and agree on 99.9 %");
+  expect([en.comparison.ratio(0.9996), en.comparison.ratio(1)]).toEqual(["0.999", "1.000"]);
 });

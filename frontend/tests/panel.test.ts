@@ -99,6 +99,14 @@ test("a click on the box of a class assigns the next key, which then stays", () 
   expect(session.state.classes[11].key).toBe("");
 });
 
+test("tips say the number of a class, which may differ from its key", () => {
+  keyBox(5).click();
+  key(keyBox(5), "4");
+  expect(keyBox(5).title).toContain("Key 4 of chair (class number 5)");
+  const name = keyBox(5).closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!;
+  expect([name.title, name.getAttribute("aria-label")]).toEqual(["Name of chair (class number 5): click to change it", "Name of chair"]);
+});
+
 test("keys of the box choose no class, and other keys are not taken", () => {
   const pressed = vi.fn();
   window.addEventListener("keydown", pressed);

@@ -86,7 +86,7 @@ export class ClassesPanel {
     const row = make("div", { class: "class" }, radio);
     if (id === 0) row.append(make("kbd", { title: words.key("0") }, "0"), make("span", { class: "none" }, name), share, this.hider(entry));
     else {
-      row.append(this.keyBox(entry), this.colorField(entry), this.nameField(name, words.name(name), (typed) => this.change(id, { name: typed })));
+      row.append(this.keyBox(entry), this.colorField(entry), this.nameField(name, words.name(name), (typed) => this.change(id, { name: typed }), words.name(words.numbered(name, id))));
       row.append(share, this.stuffButton(entry), this.hider(entry), this.remover(entry));
     }
     row.addEventListener("click", (event) => {
@@ -141,7 +141,7 @@ export class ClassesPanel {
     const { classKeys } = this.workbench;
     for (const [id, box] of this.keyBoxes) {
       if (box.classList.contains("asking")) continue;
-      const [name, key] = [this.workbench.className(id), classKeys.keyOf(id)];
+      const [name, key] = [words.numbered(this.workbench.className(id), id), classKeys.keyOf(id)];
       const isAssigned = classKeys.isAssigned(key);
       box.textContent = key || "\u00a0";
       box.classList.toggle("assigned", isAssigned);
@@ -156,8 +156,8 @@ export class ClassesPanel {
     return field;
   }
 
-  private nameField(name: string, label: string, rename: (name: string) => void): HTMLElement {
-    const field = make("input", { type: "text", value: name, "aria-label": label, title: words.rename(label) });
+  private nameField(name: string, label: string, rename: (name: string) => void, tip = label): HTMLElement {
+    const field = make("input", { type: "text", value: name, "aria-label": label, title: words.rename(tip) });
     let kept = name;
     field.addEventListener("focus", () => field.select());
     field.addEventListener("mousedown", (event) => {

@@ -135,7 +135,7 @@ export class ParametersPanel {
     this.switches.get("scans")!.disabled = this.session.mesh?.isCloud ?? false;
     if (this.session.paints) this.radius.value = this.byRadius.radius(parameters.n_segments).toPrecision(3);
     const count = this.session.regions?.count ?? n_regions;
-    element("level").textContent = text.regions(count);
+    Object.assign(element("level"), { textContent: text.regions(count), title: words.countTip });
     const at = this.levelIndex();
     allow(element("finer"), at > 0, words.finer, words.finest);
     allow(element("coarser"), at < levels.length - 1, words.coarser, words.coarsest);

@@ -10,6 +10,7 @@ type Measure = "area" | "volume";
 const number = (value: number): string => value.toLocaleString("en");
 const capital = (phrase: string): string => phrase.slice(0, 1).toUpperCase() + phrase.slice(1);
 const region = (id: number): string => `Region ${id}`;
+const rounded = (share: number): number => (share > 1 - 1e-9 ? share : Math.min(share, 0.9994)); // 1 or 100 % only if it is 1
 const left = (n: number): string => `${n ? number(n) : "None"} left.`;
 const HIDDEN = "U shows hidden cells, and C removes the clip box.";
 
@@ -138,6 +139,7 @@ export const en = {
     chooseNone: "Choose no class, so that strokes erase",
     key: (key: string): string => `Key ${key}`,
     name: (name: string): string => `Name of ${name}`,
+    numbered: (name: string, id: number): string => `${name} (class number ${id})`,
     rename: (label: string): string => `${label}: click to change it`,
     color: (name: string): string => `Color of ${name}`,
     objects: (name: string): string => `Objects of ${name}`,
@@ -208,7 +210,7 @@ export const en = {
   parameters: {
     names: { n_segments: "Number of regions", alpha: "Weight of creases", ridges: "Weight of ridges", smooth: "Smooth borders", scans: "Fused scan", color: "Borders follow colors" },
     tips: {
-      n_segments: "Number of regions; classes and objects do not change",
+      n_segments: "Number of regions; classes and objects do not change. Small disconnected pieces may become additional regions",
       alpha: "How closely borders of regions follow creases",
       ridges: "How closely borders of regions follow ridges, relative to creases",
       smooth: "Straighten borders of regions as the last step",
@@ -216,6 +218,7 @@ export const en = {
       color: "Regions have similar colors, too; only if the file has colors or a texture",
     },
     unavailable: "Not available for this kind of mesh",
+    countTip: "Regions in the picture: fewer than the slider says after Coarser, and more if small disconnected pieces are additional regions",
     radius: "Radius of regions",
     radiusTip: "Radius of a region in the unit of the file; sets the number of regions",
     finer: "Use more and smaller regions; classes and objects do not change",
@@ -257,12 +260,12 @@ export const en = {
     onlyTheirs: (object: string): string => `${object} (only theirs)`,
     onlyMine: (object: string): string => `${object} (only mine)`,
     object: (name: string, object: number): string => `${name} ${object}`,
-    ratio: (iou: number): string => iou.toFixed(3),
+    ratio: (iou: number): string => rounded(iou).toFixed(3),
     head: "Class, object",
     iou: "IoU",
     iouTip: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored: '-' means that there are no others",
     agreement: (file: string, labeled: number, share: number): string =>
-      `${file}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`,
+      `${file}: both files label ${(100 * rounded(labeled)).toFixed(1)} % of the area, and agree on ${(100 * rounded(share)).toFixed(1)} % of this part.`,
     next: "Next difference",
     nextTip: "Go to the region with the next smaller difference (D)",
     take: "Take theirs",
