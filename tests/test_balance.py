@@ -115,8 +115,7 @@ def test_all_weights_can_be_balanced(weights):
 def test_components_get_regions_by_their_areas():
     mesh = apart(shapes.flat(30), shapes.flat(20))
     result = sf.segment(mesh, 26, sizes=sf.Sizes(balance=1.0))
-    n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
-    assert n_of_first == 18  # 18 of 26, as 900 of 1,300
+    assert len(np.unique(result.labels[: 2 * 30 * 30])) == 18  # 18 of 26, as 900 of 1,300
     assert spread(areas_of(mesh, result.labels)) < 0.13
 
 

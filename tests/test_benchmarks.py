@@ -138,8 +138,7 @@ def stored(bear, labels):
 
 def test_a_hash_of_another_mesh_falls_back_to_what_must_hold(bear):
     result = sf.segment(tuple(bear), 20)
-    other = result.labels[::-1].copy()
-    expected = stored(meshes.perturb(bear), other)
+    expected = stored(meshes.perturb(bear), result.labels[::-1].copy())
     verdict = checks.check_labels(expected, (BEAR, "run"), bear, result, lambda: result)
     assert verdict == "invariants, 1 thread (another mesh than hashed)"
     verdict = checks.check_labels(NOTHING_STORED, (BEAR, "run"), bear, result, lambda: result)

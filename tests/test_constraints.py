@@ -43,8 +43,7 @@ def graph_of(cells):
 
 def random_field(graph, n, rng):
     """Return one of n numbers for each cell, mostly equal for cells near each other."""
-    places = graph.positions[rng.integers(0, graph.n_cells, n)]
-    steps = graph.positions[:, None] - places
+    steps = graph.positions[:, None] - graph.positions[rng.integers(0, graph.n_cells, n)]
     return np.argmin((steps * steps).sum(axis=2), axis=1)
 
 
@@ -158,8 +157,7 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     mask = rng.uniform(size=8)[random_field(graph, 8, rng)] < 0.7
     mask[0] = True
     if name == "polygons":
-        corners = mesh.indices.reshape(-1, 4)
-        alone = sf.PolygonMesh.of_faces(mesh.vertices, corners[mask])
+        alone = sf.PolygonMesh.of_faces(mesh.vertices, mesh.indices.reshape(-1, 4)[mask])
     else:
         alone = sf.Mesh(mesh.vertices, mesh.faces[mask])
     surface = as_surface(alone, weld=True, n_threads=1)

@@ -133,8 +133,7 @@ def test_shifting_by_whole_steps_changes_nothing():
 @pytest.mark.parametrize("options", MODES)
 def test_labels_do_not_depend_on_the_order_of_vertices(mesh, options):
     order = np.random.default_rng(4).permutation(mesh.n_vertices)
-    place = np.argsort(order)
-    permuted = Mesh(mesh.vertices[order], place[mesh.faces])
+    permuted = Mesh(mesh.vertices[order], np.argsort(order)[mesh.faces])
     assert np.array_equal(
         loops.segment(permuted, 90, **options).labels, loops.segment(mesh, 90, **options).labels
     )

@@ -171,8 +171,7 @@ def test_the_first_small_move_converges(sheet):
     graph = graph_of(sheet)
     moved = update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
-    root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
-    assert root_mean_square <= 0.1 * result.params["radius"]
+    assert np.sqrt((move**2).sum(axis=1).mean()) <= 0.1 * result.params["radius"]
     before = sf.segment(sheet, 40, **PLAIN, tol=0, max_num_iter=result.n_iter - 1)
     assert before.stop_reason == "max_num_iter"
 

@@ -19,8 +19,7 @@ def share_that_agrees(labels, others, areas):
     optimize = pytest.importorskip("scipy.optimize")
     shared = np.zeros((labels.max() + 1, others.max() + 1))
     np.add.at(shared, (labels, others), areas)
-    matched = optimize.linear_sum_assignment(-shared)
-    return shared[matched].sum() / areas.sum()
+    return shared[optimize.linear_sum_assignment(-shared)].sum() / areas.sum()
 
 
 @pytest.fixture(scope="module", params=["beast", "suzanne"])

@@ -60,8 +60,7 @@ def sides_of(graph, measures):
 def share_of_rims(graph, measures, labels):
     """Return the share of the length of convex edges of 60 degrees or more that is in borders."""
     lengths = np.where(measures.angles <= -np.pi / 3, measures.border_lengths, 0.0)
-    is_border = labels[graph.sources] != labels[graph.neighbors]
-    return lengths[is_border].sum() / lengths.sum()
+    return lengths[labels[graph.sources] != labels[graph.neighbors]].sum() / lengths.sum()
 
 
 def rounded(mesh, radius):

@@ -113,8 +113,7 @@ def test_turns_count_both_ways_only_where_nothing_tells_them_apart():
     normals = shapes.estimated_normals(points, viewpoint=[2, 2.5, 1.5])
     given = sf.PointCloud(points, normals)
     for cloud, is_known in ((points, False), (bear, True), (given, True)):
-        eta = sf.segment(cloud, 30).params["eta_convex"]
-        assert eta == (0 if is_known else 0.5)
+        assert sf.segment(cloud, 30).params["eta_convex"] == (0 if is_known else 0.5)
         assert sf.cloud_info(cloud).knows_turns == is_known
     assert sf.segment(points, 30, weights=sf.Weights(eta_convex=0.1)).params["eta_convex"] == 0.1
 

@@ -7,8 +7,7 @@ import superfacets as sf
 
 
 def test_data_and_colors_of_pyvista_are_features():
-    pyvista = pytest.importorskip("pyvista")
-    mesh = pyvista.Sphere(theta_resolution=40, phi_resolution=40)
+    mesh = pytest.importorskip("pyvista").Sphere(theta_resolution=40, phi_resolution=40)
     mesh["a height"] = mesh.points[:, 2]
     mesh.cell_data["RGB"] = np.repeat([[255, 0, 0], [0, 0, 255]], mesh.n_cells // 2, axis=0)
     mesh.cell_data["RGB"] = mesh.cell_data["RGB"].astype(np.uint8)
@@ -20,8 +19,7 @@ def test_data_and_colors_of_pyvista_are_features():
 
 
 def test_data_and_colors_of_trimesh_are_features():
-    trimesh = pytest.importorskip("trimesh")
-    mesh = trimesh.creation.icosphere(3)
+    mesh = pytest.importorskip("trimesh").creation.icosphere(3)
     mesh.visual.vertex_colors = np.tile(np.uint8([200, 9, 9, 255]), (len(mesh.vertices), 1))
     mesh.visual.vertex_colors[: len(mesh.vertices) // 2] = 0
     mesh.vertex_attributes["heat"] = mesh.vertices[:, 2]

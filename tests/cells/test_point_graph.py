@@ -22,8 +22,7 @@ def sphere(n, seed=0):
 
 def plane(n, seed=0):
     """Return random points in the unit square."""
-    xy = np.random.default_rng(seed).random((n, 2))
-    return np.column_stack([xy, np.zeros(n)])
+    return np.column_stack([np.random.default_rng(seed).random((n, 2)), np.zeros(n)])
 
 
 def ring(n):
@@ -333,8 +332,7 @@ def test_regions_are_connected_and_clean_up_knows_clouds():
     assert result.sliver_share == 0.0
     rough = segment(points, 100, smooth=False).labels
     assert sf.metrics.compactness(points, result.labels) < sf.metrics.compactness(points, rough)
-    merged = sf.merge_small_regions(points, result.labels, 0.8)
-    assert 0 < merged.n_joined < 60
+    assert 0 < sf.merge_small_regions(points, result.labels, 0.8).n_joined < 60
     radius = (graph.measures.sum() / (100 * np.pi)) ** 0.5
     weighted = build_point_graph(points, radius=radius)
     assert np.array_equal(sf.smooth_borders(points, rough), sf.smooth_borders(weighted, rough))

@@ -26,8 +26,7 @@ def test_a_cube_of_six_quads():
     assert graph.edge_counts == (12, 0, 0, 0)
     assert graph.n_arcs == 24
     assert graph.measures.tolist() == [1.0] * 6
-    middle = np.full(3, 0.5)
-    normals = graph.positions - middle
+    normals = graph.positions - np.full(3, 0.5)
     assert np.array_equal(np.abs(normals).sum(axis=1), np.full(6, 0.5))
     # The sides of the bottom, 0-2, 2-3, 3-1, 1-0, touch left, back, right and front.
     assert graph.neighbors[:4].tolist() == [4, 3, 5, 2]
@@ -163,8 +162,7 @@ def test_a_vertex_that_only_some_faces_know_does_not_join_the_others():
     halves = [[1, 5, 6, 4], [4, 6, 7, 2]]
     apart = PolygonMesh.of_faces(points, [[0, 1, 2, 3], *halves])
     assert build_face_graph(apart).neighbors.tolist() == [2, 1]
-    joined = PolygonMesh.of_faces(points, [[0, 1, 4, 2, 3], *halves])
-    graph = build_face_graph(joined)
+    graph = build_face_graph(PolygonMesh.of_faces(points, [[0, 1, 4, 2, 3], *halves]))
     assert graph.neighbors.tolist() == [1, 2, 2, 0, 1, 0]
     assert graph.measures.tolist() == [1.0, 0.5, 0.5]
 

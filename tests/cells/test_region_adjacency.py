@@ -85,8 +85,7 @@ def test_a_cube_in_one_region_has_no_normal_and_no_border():
     assert (graph.n_arcs, graph.perimeters.tolist()) == (0, [0])
     assert graph.centroids.tolist() == [[0.5, 0.5, 0.5]]
     # Along an axis, two squares are at 1/2 from the center, and four have a length of 1.
-    variance = (2 * 0.25 + 4 / 12) / 6
-    assert graph.deviations == pytest.approx(np.sqrt([[variance] * 3]))
+    assert graph.deviations == pytest.approx(np.sqrt([[(2 * 0.25 + 4 / 12) / 6] * 3]))
     assert graph.sphericity == pytest.approx([1])
     assert not hasattr(graph, "curvature")  # old name, although the value is not 1/r
     assert graph.surface_variation == pytest.approx([1 / 3])

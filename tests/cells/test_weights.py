@@ -174,8 +174,7 @@ def test_a_needle_keeps_its_normal():
 
 
 def test_two_coincident_sheets_are_not_inside_out_by_rounding():
-    rng = np.random.default_rng(1)
-    vertices = rng.uniform(-1, 1, (3, 3)) + 1000
+    vertices = np.random.default_rng(1).uniform(-1, 1, (3, 3)) + 1000
     sheet = sf.Mesh(vertices, [[0, 1, 2], [2, 1, 0]])
     assert np.isfinite(weights_of(sheet)).all()
     # theta is pi, and centroids coincide. An edge neither concave nor convex counts as convex.

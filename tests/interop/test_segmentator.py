@@ -157,8 +157,7 @@ def test_vertex_normals_are_means_of_face_normals():
     assert_array_equal(normals[unused], 0)
     soup = shapes.soup(shapes.fold(90))
     assert_array_equal(np.linalg.norm(compute_vn(soup), axis=1), 1)  # not welded
-    flat = shapes.slivers()
-    assert_array_equal(compute_vn(flat)[[0, 4]], [[0, 0, 0.5], [0, 0, 0]])
+    assert_array_equal(compute_vn(shapes.slivers())[[0, 4]], [[0, 0, 0.5], [0, 0, 0]])
 
 
 def test_every_vertex_has_an_id_and_every_id_a_vertex(bear):

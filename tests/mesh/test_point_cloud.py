@@ -86,8 +86,7 @@ def test_clouds_of_other_libraries_are_recognized():
     assert as_cells(SimpleNamespace(point={"positions": tensor})).n_points == 4
     cloud = SimpleNamespace(vertices=points, colors=np.full((4, 4), 255, np.uint8))  # trimesh
     assert repr(as_cells(cloud)) == "PointCloud(4 points, colors)"
-    pyvista = pytest.importorskip("pyvista")
-    made = pyvista.PolyData(points)
+    made = pytest.importorskip("pyvista").PolyData(points)
     made["RGB"] = np.full((4, 3), 9, np.uint8)
     assert repr(as_cells(made)) == "PointCloud(4 points, colors)"
 

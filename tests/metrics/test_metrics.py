@@ -307,8 +307,7 @@ def test_what_cannot_be_measured_is_refused():
 
 
 def test_one_triangle_has_all_metrics():
-    triangle = Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
-    values = evaluate(triangle, [0], [[5]])
+    values = evaluate(Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]]), [0], [[5]])
     assert values["cut_discrepancy"] == 0
     assert values["undersegmentation_error"] == 0
     assert values["compactness"] == pytest.approx(12 / math.sqrt(6))
@@ -343,8 +342,7 @@ def test_the_explained_variation_of_a_surface_that_is_all_but_flat_is_right():
 
 def test_cells_in_no_region_are_no_region():
     mesh = shapes.strip(4)
-    corners = shapes.two_tets().vertices
-    tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
+    tets = TetMesh(shapes.two_tets().vertices, [[0, 1, 2, 3], [1, 2, 3, 4]])
     hole = [3, -1, 5, 5]
     values = evaluate(mesh, hole, [[0, 0, 0, 1]])
     assert compactness(mesh, hole) == values["compactness"]

@@ -51,8 +51,7 @@ def grid_of_blocks(n, block, seed=None):
             np.stack([cell[:-1].ravel(), cell[1:].ravel()], axis=1),
         ]
     )
-    rng = np.random.default_rng(seed)
-    middles = rng.uniform(0, n, (n * n // block**2, 2))
+    middles = np.random.default_rng(seed).uniform(0, n, (n * n // block**2, 2))
     places = np.stack(np.divmod(np.arange(n * n), n), axis=1)
     nearest = ((places[:, None] - middles[None]) ** 2).sum(axis=2).argmin(axis=1)
     return graph_of_pairs(n * n, pairs), np.unique(nearest, return_inverse=True)[1]

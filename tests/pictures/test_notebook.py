@@ -59,8 +59,7 @@ def test_counts_and_bars_add_up(result, limit):
 
 def test_regions_of_one_size_make_one_bar(limit):
     limit("faces drawn", 0)
-    two = sf.segment(shapes.strip(2), 2)
-    tree = parsed(two._repr_html_())
+    tree = parsed(sf.segment(shapes.strip(2), 2)._repr_html_())
     assert [title.text for title in tree.iter("title")] == ["2 of 1 to 1 faces"]
     assert rows_of(tree)["faces"] == "2"
 

@@ -50,8 +50,7 @@ def test_positions_come_back_to_half_a_step(bear, make):
     mesh = make(bear)
     facts, arrays = contents(sf.view(mesh))
     error = np.abs(drawn_corners(mesh, facts, arrays) - mesh.vertices[mesh.faces])
-    extent = np.ptp(mesh.vertices, axis=0)
-    assert (error <= extent / 65535 * 0.5001).all()
+    assert (error <= np.ptp(mesh.vertices, axis=0) / 65535 * 0.5001).all()
     assert arrays["positions"].shape == (bear.n_vertices, 3)  # vertices at one position are merged
     box = np.array(facts["step"]) * 65535
     assert np.linalg.norm(box) == pytest.approx(1)

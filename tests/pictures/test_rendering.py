@@ -400,8 +400,7 @@ def test_given_colors_are_used_with_and_without_labels(gl):
 
 
 def test_a_soup_looks_like_the_connected_mesh(gl, bear):
-    parts = parts_of(bear.vertices, bear.faces)
-    labels = np.unique(parts, return_inverse=True)[1]
+    labels = np.unique(parts_of(bear.vertices, bear.faces), return_inverse=True)[1]
     assert (
         difference(plot(bear, labels, size=SIZE).image, plot(soup(bear), labels, size=SIZE).image)
         < 0.01

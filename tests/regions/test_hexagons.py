@@ -37,8 +37,7 @@ def honeycomb(cells, crease=None, price=0.0):
                 weights.append(STEP + price * is_crease)
         offsets.append(len(neighbors))
     positions = [[STEP * (place + 0.5 * row), 1.5 * row, 0.0] for row, place in cells]
-    n_open = 6.0 - np.diff(offsets)
-    given = ArcMeasures(np.ones(len(neighbors)), open_lengths=n_open)
+    given = ArcMeasures(np.ones(len(neighbors)), open_lengths=6.0 - np.diff(offsets))
     return CellGraph(
         positions, np.full(len(cells), AREA), offsets, neighbors, weights, arc_measures=given
     )

@@ -194,8 +194,7 @@ def test_a_graph_with_measures_gives_the_levels_of_its_mesh():
     mesh = shapes.bumpy_sheet(10)
     faces = sf.build_face_graph(mesh)
     labels = sf.segment(mesh, 15).labels
-    radius = np.sqrt(faces.measures.sum() / (np.pi * 15))
-    weights = sf.crease_weights(mesh, faces, radius)
+    weights = sf.crease_weights(mesh, faces, np.sqrt(faces.measures.sum() / (np.pi * 15)))
     graph = sf.CellGraph(
         faces.positions, faces.measures, faces.offsets, faces.neighbors, weights, faces.bounds,
         weight_unit=faces.diagonal, arc_measures=arc_measures(mesh, faces),

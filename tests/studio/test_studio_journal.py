@@ -244,8 +244,7 @@ def test_a_line_that_is_no_json_is_damaged_though_its_sum_is_right(document, she
     document.close()
     first, last = path.read_bytes().splitlines(keepends=True)
     body = b'{"seq":1,"op":' + inside
-    bad = body + b',"crc":"%08x"}\n' % zlib.crc32(body)
-    path.write_bytes(first + bad + last)
+    path.write_bytes(first + body + b',"crc":"%08x"}\n' % zlib.crc32(body) + last)
     with pytest.raises(JournalError, match="line 2 of the work file is damaged"):
         Document.open(sheet)
     assert summary(path)[1]["seq"] == 1

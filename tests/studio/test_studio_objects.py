@@ -92,8 +92,7 @@ def test_a_work_file_of_the_first_version_opens(document):
 )  # fmt: skip
 def test_damaged_objects_in_a_work_file_are_told(document, entry, reason):
     line = {"seq": 1, "op": "paint", "cells": "", "class": 1, **entry, "done": 0.0}
-    packed = zlib.compress(b"\x05", level=1)
-    line["cells"] = base64_of(packed)
+    line["cells"] = base64_of(zlib.compress(b"\x05", level=1))
     document.close()
     with document.journal.path.open("ab") as file:
         file.write(_coded(line))
@@ -112,8 +111,7 @@ def test_stuff_has_no_objects(furnished):
 def test_pieces_of_an_object_become_objects(furnished):
     apart = next(one for one in range(8, 20) if not _touch(furnished, one, 3))
     furnished.paint(furnished.revision.cells_of(apart), 1, objects=1)
-    new = furnished.split_object(1, 1)
-    assert new == [3]
+    assert furnished.split_object(1, 1) == [3]
     sizes = [furnished.areas[furnished.instances == number].sum() for number in (1001, 1003)]
     assert sizes[0] >= sizes[1] > 0
     furnished.paint(furnished.revision.cells_of(apart), 1, objects=1)  # number 3 is free again

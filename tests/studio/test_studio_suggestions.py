@@ -250,8 +250,7 @@ def test_the_page_gets_suggestions_and_the_effect_of_settling_them(client, group
     assert set(decoded(done["paint"])) == {2 | 1 << 16}
     undone = client.done("undo")
     assert (undone["kind"], undone["n_suggestions"]) == ("settle", 4)
-    answer = client.post("import", files=files, as_suggestions="yes")
-    assert answer.status_code == 400
+    assert client.post("import", files=files, as_suggestions="yes").status_code == 400
 
 
 def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):

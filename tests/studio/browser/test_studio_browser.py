@@ -505,8 +505,7 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
     tab.until("document.querySelector('#brush-class').textContent.includes('head')")
     _, x, y = tab.spots(1)[0]
     tab.click(x, y)
-    done = tab.locator("#files progress").nth(1)
-    assert float(done.evaluate("bar => bar.value")) > 0
+    assert float(tab.locator("#files progress").nth(1).evaluate("bar => bar.value")) > 0
     tab.press("PageDown")
     tab.until("document.querySelector('#error span').textContent.includes('aa.ply')")
     tab.press("PageDown")

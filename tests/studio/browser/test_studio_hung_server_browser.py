@@ -31,8 +31,7 @@ def paints_in(path):
 
 
 def classes_of(tab, classes, spots):
-    labels = tab.labels()
-    return [set(classes[labels == region]) for region, *_ in spots]
+    return [set(classes[tab.labels() == region]) for region, *_ in spots]
 
 
 def delayed(tab, name):
