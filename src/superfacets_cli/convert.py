@@ -85,7 +85,8 @@ class _Run:
         if given is not None:
             is_kept = self.folder is None and job.endings <= {*FORMATS.unconverted_outputs}
             labels = labels_of_cells(cells, given, is_noted=not is_kept)
-            of_vertices, names = given.labels if given.are_of_vertices else None, given.names
+            of_vertices = given.labels if given.are_of_vertices else None
+            names = {} if job.endings.isdisjoint(FORMATS.class_outputs) else given.names
             n_labels = len(np.unique(given.labels[given.labels >= 0]))
             has_all = is_kept or n_labels == len(np.unique(labels[labels >= 0]))
         elif self.folder is not None or not job.endings <= {*FORMATS.cell_outputs}:
