@@ -65,8 +65,7 @@ def convert_command(mesh: Path, labels: Path | None, folder: Path | None, **give
                 raise click.UsageError(f"{path}: --split could overwrite the input")
         if len(formats) > 1:
             raise click.UsageError("--split writes a single format: give --to only once")
-    run = _Run(labels, folder, given)
-    for_each(inputs, lambda i: run.do(jobs[i]))
+    for_each(inputs, lambda i: _Run(labels, folder, given).do(jobs[i]))
 
 
 @dataclass(frozen=True)

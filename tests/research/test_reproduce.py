@@ -258,7 +258,7 @@ def test_nothing_that_succeeds_is_an_error(run, benchmark, tmp_path):
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST, "--ks", "1000")
     assert status == 1
     assert re.fullmatch(
-        r"superfacets: error: every run failed; the first failure: .*n_segments.*\n", stderr
+        r"superfacets: error: every run failed; the first failure: .*-n must be at most.*\n", stderr
     )
 
 
