@@ -91,7 +91,7 @@ def segment(
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     denoise : int, "auto" or "scan", default "auto"
-        Smoothing steps for creases; a word estimates their number, with ``"scan"`` at least 5.
+        Smoothing steps before creases are measured. Words choose it by noise, "scan" at least 5.
     max_num_iter, tol : int, float
         The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
         centers return to an earlier state, or after `max_num_iter` iterations on each level.

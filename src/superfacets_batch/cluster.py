@@ -180,7 +180,7 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
 
 
 def _entered(stack: contextlib.ExitStack, kind: Any, *args: Any, **options: Any) -> Any:
-    """Start a part of Dask in a thread, so that Ctrl-C cannot leave it half started, to hang."""
+    """Start a part of Dask in a thread, which Ctrl-C cannot interrupt; half started, it hangs."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(lambda: stack.enter_context(kind(*args, **options))).result()
 

@@ -87,7 +87,7 @@ class _Run:
             of_vertices = given.labels if given.are_of_vertices else None
             names = {} if job.endings.isdisjoint(FORMATS.class_outputs) else given.names
             n_labels = len(np.unique(given.labels[given.labels >= 0]))
-            has_all = is_kept or n_labels == len(np.unique(labels[labels >= 0]))
+            has_all = not names or is_kept or n_labels == len(np.unique(labels[labels >= 0]))
         elif self.folder is not None or not job.endings <= {*FORMATS.cell_outputs}:
             raise MeshError(
                 f"{job.input}: there are no labels (none called {self.given['labels_named']}): give"

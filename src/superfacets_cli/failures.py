@@ -21,7 +21,7 @@ FAILURES = (OSError, MeshError, ImportError, RenderError, MemoryError)
 def message_of(error: BaseException) -> str:
     """Return the text of an error.
 
-    Errors of the operating system begin with the file name or, if none, with "standard output".
+    Errors of the operating system begin with the name of the file or with "standard output".
     """
     if isinstance(error, MemoryError):
         return "not enough memory"
@@ -35,7 +35,7 @@ def for_each(names: Sequence[str], do: Callable[[int], object]) -> None:
 
     With ``--json``, each error is also printed as a JSON object. If there is only one input, a
     ValueError that is not in `FAILURES` is raised again, because it means a wrong parameter on the
-    command line. A BrokenPipeError is, too: click then ends the process silently, as is usual.
+    command line. So is a BrokenPipeError, because click then ends the process silently.
     """
     n_failed, is_one_of_many = 0, len(names) > 1
     context = click.get_current_context()

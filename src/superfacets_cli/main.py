@@ -138,7 +138,7 @@ def _is_input(text: str) -> bool:
 
 
 def _in_python(name: str) -> str | None:
-    """Return advice if one Python function has the words of a command or an option, else None."""
+    """Return advice if the name of exactly one Python function contains these words, or None."""
     words = name.strip("-").replace("-", "_")
     found = [each for each in dir(sys.modules["superfacets"]) if f"_{words}_" in f"_{each}_"]
     return f"in Python: superfacets.{found[0]}" if len(found) == 1 else None

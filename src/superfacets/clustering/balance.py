@@ -284,7 +284,7 @@ class Balancer:
 def shared_seeds(
     graph: OrderedGraph, seeds: Ints, components: Ints, n_seeds: int, loop: LoopOptions
 ) -> Ints:
-    """Add and remove seeds until each component has a number in proportion to its size.
+    """Add and remove seeds until each component has a share in proportion to its size.
 
     Each component gets at least one seed or, if ``loop.islands`` is "nearest", each component that
     already has a seed. The result has `n_seeds` seeds, unless there are more components.

@@ -136,7 +136,7 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def rounded(share: float) -> float:
-    """Return a share for text of at most three digits, which says 1 or 100 % only if it is 1."""
+    """Return a share for display with three digits: only a share of 1 becomes 1.000 or 100 %."""
     return share if share > 1 - 1e-12 else min(share, 0.9994)
 
 

@@ -92,6 +92,7 @@ class Document:
             document = cls._of(source, journal, classes if share_classes else None)
             document.share_classes = share_classes
             document._adopt_base()
+            document.segmenter.build()  # the page soon asks for areas, drawing and borders
             return document
         except BaseException:
             journal.close()

@@ -142,6 +142,7 @@ class Segmenter:
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
     )
     _latest: SegmentationTask | None = None
+    _built: Future[tuple[BaseGraph, Surface]] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @cached_property
@@ -149,16 +150,17 @@ class Segmenter:
         """Mesh as prepared for `segment`, with its cell graph."""
         return sf.prepare(self.source)
 
-    @cached_property
-    def built(self) -> Future[tuple[BaseGraph, Surface]]:
-        """Graph of the cells in input order, and its `surface`, which the thread builds."""
-        threads = kit.checked_threads(None)
-        return self._worker.submit(lambda: self.prepared.graph_and_surface(n_threads=threads))
+    def build(self) -> Future[tuple[BaseGraph, Surface]]:
+        """Let the thread build the graph of the cells in input order, and its `surface`, once."""
+        if self._built is None:
+            make, threads = self.prepared.graph_and_surface, kit.checked_threads(None)
+            self._built = self._worker.submit(make, n_threads=threads)
+        return self._built
 
     @property
     def surface(self) -> Surface:
         """Geometry of the cells in input order, for borders, merging and splits."""
-        return self.built.result()[1]
+        return self.build().result()[1]
 
     def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.
@@ -174,9 +176,8 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, task).result()
 
     def base(self, parameters: Parameters) -> UnsplitRegions:
-        """Segment like `run`, but do not cancel it, nor be cancelled; then start `built`."""
-        tasks = self._worker.submit(self._base, parameters, SegmentationTask()), self.built
-        return tasks[0].result()
+        """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
+        return self._worker.submit(self._base, parameters, SegmentationTask()).result()
 
     def divided(self, parameters: Parameters, cells: CellNumbers, n_parts: int) -> Ints:
         """Return the part of each of the given cells, which `segment` divides into `n_parts`."""
@@ -190,7 +191,7 @@ class Segmenter:
         """Cancel the current segmentation, and end the thread."""
         if self._latest is not None:
             self._latest.cancel()
-        self._worker.shutdown(wait=True, cancel_futures=True)
+        self._worker.shutdown()  # waiting work is not cancelled, because others wait for `build`
 
     def _base(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
         task.check()

@@ -88,7 +88,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     clouds, ``normals`` contains packed normals, which are estimates if ``has_normals`` is false. If
     the file has colors, and no texture that can be shown, the arrays of `color_parts` are added.
     """
-    shape = shape_of(document.cells, document.segmenter.built.result()[0])
+    shape = shape_of(document.cells, document.segmenter.build().result()[0])
     center = document.cells.bounds.mean(axis=0)
     is_z_up = document.source.path.suffix.lower() in FORMATS.z_up and document.up == "auto"
     header = {

@@ -137,7 +137,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         Output file. The ending selects the format:
 
         - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
-        - labels of vertices (of faces: use `write_mesh`; an array of them is not noticed):
+        - labels of vertices (labels of faces need `write_mesh`, but cannot be recognized here):
           ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps);
           ``.label.gii`` or ``.annot`` (with a table of colors and names);
         - labels of triangles: ``.sstk.json``; of segments: ``.aggregation.json`` (a group each).
