@@ -313,8 +313,7 @@ def with_counts(
     while True:
         found = _Regions.of(clustering, *cells)
         change = targets - np.bincount(found.components, minlength=len(targets))
-        smallest_first = found.ranks(found.sizes)
-        stays = smallest_first >= np.maximum(-change, 0)[found.components]
+        stays = found.ranks(found.sizes) >= np.maximum(-change, 0)[found.components]
         more = found.farthest(clustering.lengths())
         is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
         largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
@@ -378,8 +377,7 @@ class _Regions:
         keys = []
         for chosen in (small, large):
             groups = self.components[chosen].astype(np.int64)
-            starts = np.searchsorted(groups, groups)
-            ranks = np.arange(len(groups)) - starts
+            ranks = np.arange(len(groups)) - np.searchsorted(groups, groups)
             ranks[ranks >= limits[groups]] = len(self.centers)  # marks regions that get no pair
             keys.append(groups * (len(self.centers) + 1) + ranks)
             keys[-1][ranks == len(self.centers)] = -len(keys)

@@ -263,8 +263,7 @@ def _sharp_sides(
     sources, is_sharp = graph.sources, np.abs(angles) >= limit - ANGLE_NOISE
     # The arcs of a face are sorted by side. If two consecutive arcs cross the same side, its edge
     # has three or more faces, so it is sharp.
-    is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
-    is_sharp[1:] |= is_same
+    is_sharp[1:] |= (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     lowest = lowest_vertices(source.vertices, weld, threads)
     ends = lowest[corners_of(source).ends_of_sides(sources[is_sharp], graph.sides[is_sharp])]
     faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)

@@ -231,8 +231,7 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
     highest = np.full(n_vertices, np.iinfo(np.int64).min)
     np.minimum.at(lowest, at, kinds)
     np.maximum.at(highest, at, kinds)
-    is_pair = np.bincount(at, minlength=n_vertices) == 2
-    return np.asarray(is_pair & (lowest == highest))
+    return np.asarray((np.bincount(at, minlength=n_vertices) == 2) & (lowest == highest))
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
