@@ -37,14 +37,15 @@ CHECK_FRAMES = """() => {
     drawing.draw = (samples) => {
         draw.call(drawing, samples);
         if (samples > 1) return;  // `pixelAt` draws for each pixel
-        const drawn = drawing.pixels();
         drawing.part = [...gl.getParameter(gl.SCISSOR_BOX)];
+        if (drawing.part[2] === canvas.width && drawing.part[3] === canvas.height) return;
+        const drawn = drawing.pixels();
         drawing.changed = null;
         draw.call(drawing, samples);
         if (drawing.pixels().some((color, i) => color !== drawn[i])) throw new Error("part");
     };
 }"""
-"""Compare each frame, of which only a part may be drawn anew, with the whole frame."""
+"""Compare each frame of which only a part was drawn anew with the whole frame."""
 
 
 class Server:
@@ -188,10 +189,14 @@ class Tab:
         self.settled()
 
     def labels(self):
-        return np.array(self.evaluate("studio.labels()"))
+        return self._numbers("studio.labels()")
 
     def classes(self):
-        return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
+        return self._numbers("studio.labels().map((_, cell) => studio.classOf(cell))")
+
+    def _numbers(self, script):
+        """Return an array of JavaScript. Its JSON is passed because that takes less time."""
+        return np.array(json.loads(self.evaluate(f"JSON.stringify({script})")))
 
     def spots(self, n):
         """Return (region, x, y), a place well inside each clearly visible region; None: all.
@@ -200,9 +205,13 @@ class Tab:
         """
         found = self.evaluate("""() => {
             const { clientWidth, clientHeight } = document.querySelector("#canvas");
-            const found = [];
+            const { cells, width, height, scale } = studio.workbench.picker.cellsSeen();
+            const [rows, found] = [(y) => height - 1 - Math.floor(y * scale), []];
             for (let y = 4; y < clientHeight - 60; y += 8)
-                for (let x = 4; x < clientWidth; x += 8) found.push([studio.regionAt(x, y), x, y]);
+                for (let x = 4; x < clientWidth; x += 8) {
+                    const cell = cells[rows(y) * width + Math.floor(x * scale)] | 0;
+                    found.push([studio.workbench.regionOf(cell), x, y]);
+                }
             return found.filter(([region]) => region >= 0);
         }""")
         seen = {}

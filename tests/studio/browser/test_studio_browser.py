@@ -180,7 +180,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
     server.kill()
     tab.click(x, y)
     tab.page.wait_for_selector("#banner:has-text('1 unsaved stroke')")
-    tab.page.on("dialog", lambda dialog: dialog.accept())
+    tab.page.once("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
     server.start()
     tab.page.goto(server.address)
