@@ -8,6 +8,7 @@ import sys
 import threading
 import urllib.request
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from studio_client import COMMAND
@@ -27,25 +28,8 @@ READY = """window.studio && studio.ready && studio.isIdle
     && document.querySelector("#canvas").width
         === Math.floor(document.querySelector("#view").clientWidth * devicePixelRatio)"""
 
-CHECK_FRAMES = """() => {
-    const { drawing, drawing: { gpu, gpu: { gl }, canvas } } = studio.workbench;
-    const { draw } = Object.getPrototypeOf(drawing);
-    drawing.pixels = () => {
-        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-        return new Uint32Array(gpu.read(0, 0, canvas.width, canvas.height).buffer);
-    };
-    drawing.draw = (samples) => {
-        draw.call(drawing, samples);
-        if (samples > 1) return;  // `pixelAt` draws for each pixel
-        drawing.part = [...gl.getParameter(gl.SCISSOR_BOX)];
-        if (drawing.part[2] === canvas.width && drawing.part[3] === canvas.height) return;
-        const drawn = drawing.pixels();
-        drawing.changed = null;
-        draw.call(drawing, samples);
-        if (drawing.pixels().some((color, i) => color !== drawn[i])) throw new Error("part");
-    };
-}"""
-"""Compare each frame of which only a part was drawn anew with the whole frame."""
+SCRIPT = Path(__file__).with_name("studio_page.js").read_text(encoding="utf-8")
+"""Functions that the page gets, in the object `tests`."""
 
 
 class Server:
@@ -135,7 +119,7 @@ class Tab:
         self.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
         # Antialiased pictures cost most of the time without a graphics card.
         self.evaluate("studio.workbench.drawing.refine = () => {}")
-        self.evaluate(CHECK_FRAMES)
+        self.evaluate(SCRIPT)
         return self
 
     def looks_from_one_side(self):
@@ -153,17 +137,7 @@ class Tab:
     def begin_anew(self):
         """Undo all work, and reset the view."""
         self.page.emulate_media(color_scheme="light")
-        self.evaluate("""async () => {
-            const { workbench } = studio;
-            document.activeElement.blur();
-            while (workbench.session.state.can_undo) await workbench.session.undo();
-            workbench.hover(-1);
-            workbench.clearSelection();
-            workbench.showAll();
-            delete workbench.drawing.camera.posesAround;
-            workbench.drawing.camera.home();
-            workbench.choose(1, 1);
-        }""")
+        self.evaluate("tests.beginAnew()")
         self.press("Escape")
         self.away()
         self.settled()
@@ -203,17 +177,7 @@ class Tab:
 
         Messages cover the lowest 60 pixels.
         """
-        found = self.evaluate("""() => {
-            const { clientWidth, clientHeight } = document.querySelector("#canvas");
-            const { cells, width, height, scale } = studio.workbench.picker.cellsSeen();
-            const [rows, found] = [(y) => height - 1 - Math.floor(y * scale), []];
-            for (let y = 4; y < clientHeight - 60; y += 8)
-                for (let x = 4; x < clientWidth; x += 8) {
-                    const cell = cells[rows(y) * width + Math.floor(x * scale)] | 0;
-                    found.push([studio.workbench.regionOf(cell), x, y]);
-                }
-            return found.filter(([region]) => region >= 0);
-        }""")
+        found = self.evaluate("tests.places()")
         seen = {}
         for region, x, y in found:
             seen.setdefault(region, []).append((x, y))
