@@ -7,6 +7,7 @@ import itertools
 import json
 import re
 import shlex
+import shutil
 import warnings
 from importlib import import_module
 from importlib.util import find_spec
@@ -64,23 +65,33 @@ def python_blocks(path):
     return [block for block in read_blocks(path) if block.language == "python"]
 
 
+@pytest.fixture(scope="module")
+def made_files(tmp_path_factory, real_data):
+    """Write the files that pages mention."""
+    folder = tmp_path_factory.mktemp("files")
+    with contextlib.chdir(folder):
+        bear = sf.sample_mesh(5_000)
+        channel = np.full(bear.n_vertices, 9, np.uint8)
+        color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, channel))
+        sf.write_mesh("scan.ply", bear, attributes=color)
+        sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
+        sf.write_mesh("assembly.ply", with_specks(bear))
+        write_stl("part.stl", gallery_meshes.flange())
+        write_obj("quads.obj", gallery_meshes.knot())
+        write_tile("tile.las")
+        textured_meshes.write_facade(folder)
+        if find_spec("meshio"):
+            sf.write_mesh("body.vtu", gallery_meshes.body())
+        if real_data is not None:
+            Path("psb").symlink_to(real_data / "psb")
+    return folder
+
+
 @pytest.fixture
-def files(tmp_path, monkeypatch, real_data):
-    """Write the files that pages mention, in the current folder."""
+def files(made_files, tmp_path, monkeypatch):
+    """Return the current folder, with copies of these files."""
+    shutil.copytree(made_files, tmp_path, symlinks=True, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    bear = sf.sample_mesh(5_000)
-    color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, np.full(bear.n_vertices, 9, np.uint8)))
-    sf.write_mesh("scan.ply", bear, attributes=color)
-    sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
-    sf.write_mesh("assembly.ply", with_specks(bear))
-    write_stl("part.stl", gallery_meshes.flange())
-    write_obj("quads.obj", gallery_meshes.knot())
-    write_tile("tile.las")
-    textured_meshes.write_facade(tmp_path)
-    if find_spec("meshio"):
-        sf.write_mesh("body.vtu", gallery_meshes.body())
-    if real_data is not None:
-        Path("psb").symlink_to(real_data / "psb")
     return tmp_path
 
 

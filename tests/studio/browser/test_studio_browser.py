@@ -180,7 +180,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
     server.kill()
     tab.click(x, y)
     tab.page.wait_for_selector("#banner:has-text('1 unsaved stroke')")
-    tab.page.on("dialog", lambda dialog: dialog.accept())
+    tab.page.once("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
     server.start()
     tab.page.goto(server.address)
@@ -292,13 +292,13 @@ def test_a_view_button_pressed_again_shows_the_opposite_side(studio):
 def test_the_introduction_tells_to_name_a_class_only_if_no_class_has_a_name(
     serve, browser, tmp_path
 ):
-    for name, is_shown in (("class 1", True), ("roof", False)):
-        folder = tmp_path / name
-        folder.mkdir()
-        write_mesh(folder / "bear.ply", sample_mesh(3_000))
-        (folder / "superfacets-classes.json").write_text(f'["{name}"]')
-        with browser.new_page(**VIEW) as page:
-            page.goto(serve(folder, 40).address)
+    with browser.new_page(**VIEW) as page:
+        for name, is_shown in (("class 1", True), ("roof", False)):
+            folder = tmp_path / name
+            folder.mkdir()
+            write_mesh(folder / "bear.ply", sample_mesh(3_000))
+            (folder / "superfacets-classes.json").write_text(f'["{name}"]')
+            page.goto(serve(folder, 40).address)  # the browser remembers visits by address
             page.wait_for_function("() => window.studio && studio.ready")
             assert page.locator("#welcome").is_visible()
             assert page.locator("#welcome-name").is_visible() == is_shown
