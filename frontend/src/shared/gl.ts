@@ -317,6 +317,20 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
+  /** Run a function whose draw calls change only the last color, where they are not behind what has been drawn. */
+  drawLast(draw: () => void): void {
+    const { gl } = this.gpu;
+    const places = this.colors.map((_, i) => gl.COLOR_ATTACHMENT0 + i);
+    gl.drawBuffers(places.map((place, i) => (i < places.length - 1 ? gl.NONE : place)));
+    gl.depthMask(false);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(-1, -2); // nearer by about the rounding error of depths
+    draw();
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    gl.depthMask(true);
+    gl.drawBuffers(places);
+  }
+
   /** Make the framebuffer the target of draw and read calls. */
   bind(): void {
     this.gpu.gl.bindFramebuffer(this.gpu.gl.FRAMEBUFFER, this.target);

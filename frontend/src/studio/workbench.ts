@@ -8,7 +8,7 @@ import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import { ClassKeys } from "./data/classkeys";
 import type { ClassEntry } from "./data/contract";
-import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
+import { addTo, classOf, objectOf, paintOf, type Regions } from "./data/labeling";
 import type { Drawing } from "./view/drawing";
 import { Events } from "./session/events";
 import { classNameIn, paintNameIn } from "./data/names";
@@ -46,6 +46,8 @@ export class Workbench {
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isFresh = true; // whether no class of this file was chosen yet
   private isPainted = false; // whether the selected regions were selected by painting them
+  private smoothed: Regions | null = null; // regions whose borders were smoothed last
+  private isSmoothing = false; // whether the server computes smooth borders
   private order: number[] = []; // order in which `moveCursor` visits the regions
   private readonly visited = new Set<number>(); // regions that `showNextBare` does not choose again before all others
 
@@ -55,7 +57,7 @@ export class Workbench {
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
     drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
-    drawing.afterView.push(() => this.sayIfEmpty());
+    drawing.afterView.push(() => this.sayIfEmpty(), () => void this.smoothBorders());
     events.on("painted", (cells) => {
       drawing.hasClasses = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
       const bare = cells?.filter((cell) => !session.paints.of[cell] && drawing.cells.isHidden(cell)); // after an undo
@@ -80,6 +82,18 @@ export class Workbench {
     this.drawing.setMesh(mesh);
     if (mesh.textureProblem) this.say(text.session.noTexture(mesh.textureProblem));
     this.picker = new Picker(this.drawing, mesh);
+  }
+
+  /** Draw smooth borders of the current regions. Until the server has computed them, borders of earlier regions stay smooth. */
+  private async smoothBorders(): Promise<void> {
+    const { session, session: { regions, mesh } } = this;
+    if (!regions || this.smoothed === regions || this.isSmoothing) return;
+    this.isSmoothing = true;
+    const parts = await session.borders();
+    this.isSmoothing = false;
+    if (mesh === session.mesh) this.drawing.setParts(parts);
+    this.smoothed = regions;
+    return this.smoothBorders(); // the regions may have changed
   }
 
   private takeRegions(): void {

@@ -6,6 +6,7 @@ import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from importlib.resources import files
 
@@ -23,7 +24,7 @@ from ..documents.files import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, SegmentationTask, checked_parameters
 from .messages import STATUS_OF, Body, JsonReply, answered, body_of, failure, message_of
-from .operations import OPERATIONS, READS, Operation, progress_of, regions_of
+from .operations import OPERATIONS, READS, UNLOCKED, Operation, progress_of, regions_of
 from .security import Guard
 from .thumbnails import Thumbnails
 
@@ -88,9 +89,10 @@ class Studio:
             given = dict(request.query_params) if is_read else await body_of(request)
 
             def done() -> object:
-                with self.files.document(request.path_params["id"]) as document, document.lock:
-                    found = work(document, given)
-                    return found if is_read else {**found, **progress_of(document)}
+                with self.files.document(request.path_params["id"]) as document:
+                    with nullcontext() if name in UNLOCKED else document.lock:
+                        found = work(document, given)
+                        return found if is_read else {**found, **progress_of(document)}
 
             return await answered(done)
 

@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from superfacets import MeshError, View
 from superfacets.kit import FORMATS, as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show import PALETTE, color_parts, shape_of, texture_parts
+from superfacets_show import MOST_CUT, PALETTE, color_parts, shape_of, texture_parts
 
 from ..documents.agreement import Side
 from ..documents.changes import Change
@@ -22,6 +22,7 @@ from ..labels.coding import base64_of, bytes_from, cells_from, packet, unpack_ce
 from ..labels.imports import read_import
 from ..regions.revisions import Revision, similar_regions
 from ..regions.segmenting import levels_of, ranges
+from ..regions.smooth import parts_beyond_borders
 from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
@@ -124,6 +125,20 @@ def _region_packet(document: Document, query: Body) -> bytes:
     return packet(header, {"arcs": graph.edge_index.T.astype(np.uint32)})
 
 
+def _border_packet(document: Document, query: Body) -> bytes:
+    """Return the arrays of `parts_beyond_borders` in the binary format of `packet`.
+
+    There are no arrays for cells that are not faces, and for more than `MOST_CUT` faces.
+    """
+    labels, cells = document.revisions.get(_number(query)).labels, document.cells
+    if not kind_of(cells).has_faces or document.n_cells > MOST_CUT:
+        return packet({}, {})
+    corners, sources, shown = parts_beyond_borders(as_mesh(cells), labels)
+    positions = (corners - cells.bounds.mean(axis=0)).reshape(-1, 3).astype(np.float32)
+    numbers = {"sources": sources.astype(np.uint32), "shown": shown.astype(np.uint32)}
+    return packet({}, {"positions": positions, **numbers})
+
+
 def _suggestion_packet(document: Document, query: Body) -> bytes:
     """Return the list of suggestions, and for each cell the number of its suggestion, or 0.
 
@@ -161,8 +176,12 @@ READS: dict[str, Operation] = {
     ),
     "paint": lambda document, _: document.state.paint.astype("<u4").tobytes(),
     "export": _exported, "mesh": _mesh_packet, "regions": _region_packet, "state": _state,
+    "borders": _border_packet,
     "suggestions": _suggestion_packet, "theirs": _their_paint,
 }  # fmt: skip
+
+UNLOCKED = {"borders"}
+"""Operations that take seconds, and read nothing that changes: they do not lock the document."""
 
 
 def _paint(document: Document, body: Body) -> Body:

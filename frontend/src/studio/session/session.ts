@@ -1,12 +1,13 @@
 // The open file: a copy of its state on the server, and the operations that the user can apply to it.
 
 import { Api, ServerError, ServerGone } from "./api";
-import { fromBase64, toBase64 } from "../../shared/arrays";
+import { type Arrays, fromBase64, toBase64 } from "../../shared/arrays";
 import type {
   ClassEntry, CompareReply, Effect, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State,
 } from "../data/contract";
 import { Events } from "./events";
 import { Paints, Regions } from "../data/labeling";
+import { readPacket } from "../data/packet";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
 import { remember, remembered } from "./remembered";
@@ -251,6 +252,12 @@ export class Session {
     if (load !== this.nLoads) return;
     this.regions = regions;
     this.events.emit("regions", regions);
+  }
+
+  /** Parts of faces beyond the smooth borders of the current regions. No parts if they cannot be computed. */
+  async borders(): Promise<Arrays> {
+    const path = `${this.path}/borders?revision=${this.regions.revision}`;
+    return this.api.buffer(path).then((buffer) => readPacket(buffer).arrays, () => ({}));
   }
 
   private async loadSuggestions(): Promise<void> {

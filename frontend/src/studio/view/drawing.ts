@@ -1,6 +1,7 @@
 // Draws the canvas in two passes, which shaders.ts describes.
 
 import { Camera, type Eye, type Pose } from "../../shared/camera";
+import type { Arrays } from "../../shared/arrays";
 import { Frame, Gpu, Program, Table } from "../../shared/gl";
 import { element } from "../../shared/dom";
 import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
@@ -12,6 +13,7 @@ import type { Sphere, Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
+import { Parts } from "./parts";
 import { CELLS, image, type Switches, WHOLE } from "./shaders";
 import { text } from "../text/index";
 
@@ -45,6 +47,8 @@ export class Drawing {
   private readonly gpu: Gpu;
   private readonly ownColors: OwnColors;
   private readonly surface: Surface;
+  private readonly parts: Parts;
+  private isExact = false; // whether whole faces are drawn, without `parts`
   private readonly cellsProgram: Program;
   private readonly imagePrograms = new Map<string, Program>(); // programs of the second pass, by fragment shader
   private readonly regions: Table; // region of each cell
@@ -79,11 +83,12 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true, text.graphics));
     this.surface = new Surface(gpu);
+    this.parts = new Parts(gpu);
     this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu, (cells) => this.redraw(cells), () => this.changeView());
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors, this.focused] =
       Array.from({ length: 6 }, () => new Table(gpu));
-    this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
+    this.frames = [new Frame(gpu, 3), new Frame(gpu, 3)];
     this.coverFrame = new Frame(gpu, 1);
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram(this.switches); // fails early if it cannot be built
@@ -100,6 +105,7 @@ export class Drawing {
   private restore(): void {
     this.gpu.restore();
     if (this.mesh) this.surface.show(this.mesh.shape);
+    this.parts.restore();
     this.changeView();
   }
 
@@ -142,6 +148,7 @@ export class Drawing {
     this.viewMs = 0;
     this.focus = null;
     this.surface.show(mesh.shape);
+    this.parts.show(mesh.shape, {});
     void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
     this.setLabels(new Int32Array(mesh.nCells).fill(-1), [], () => []);
@@ -153,6 +160,23 @@ export class Drawing {
     this.cellsOf = cellsOf;
     this.regions.fill("r32", labels);
     this.regionColors.fill("rgba8", colors.flatMap((color) => [...color, 0]));
+    this.isViewNew = true;
+    this.redraw();
+  }
+
+  /** Draw smooth borders of regions: see `Parts`. */
+  setParts(arrays: Arrays): void {
+    if (!this.mesh) return;
+    this.parts.show(this.mesh.shape, arrays);
+    this.isStale = true;
+    this.redraw();
+  }
+
+  /** Draw whole faces, also at smooth borders. */
+  setExact(isExact: boolean): void {
+    if (this.isExact === isExact) return;
+    this.isExact = isExact;
+    this.isStale = true;
     this.redraw();
   }
 
@@ -226,7 +250,7 @@ export class Drawing {
   /** Draw the same view with other colors of some cells; null: with any other colors. */
   redraw(cells: Iterable<number> | null = null): void {
     if (!cells) this.changed = null;
-    else if (this.changed) this.mesh!.extend(this.changed, cells);
+    else if (this.changed) for (const some of [cells, this.parts.partly(cells)]) this.mesh!.extend(this.changed, some);
     this.schedule();
     if (this.stride > 1) this.refineSoon();
   }
@@ -308,7 +332,7 @@ export class Drawing {
     program.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
-      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
+      ids: frame.colors[2], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
       stride, samples: Math.min(samples, stride), hovered, cursor, line, blend: this.opacity, height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -362,11 +386,13 @@ export class Drawing {
   private drawInto(frame: Frame, width: number, height: number, factor: number, eye: Eye = this.camera.eye): void {
     const { camera, cells, focus } = this;
     frame.begin(width, height);
-    this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), {
-      ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+    const values = {
+      are_parts: false, ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       has_focus: focus !== null, focused: this.focused, focus: focus?.middle ?? [0, 0, 0], focus_radius: focus?.radius ?? 1,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
-    });
+    };
+    this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), values);
+    if (!this.isExact && frame !== this.coverFrame) frame.drawLast(() => this.parts.draw(this.cellsProgram, eye, values));
   }
 
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */

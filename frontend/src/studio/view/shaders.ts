@@ -1,5 +1,5 @@
-// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number and the
-// brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
+// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number, the
+// brightness, and the cell as which it is drawn, of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
 import { N_SHADES } from "../data/colors";
@@ -19,6 +19,9 @@ uniform vec3 focus;  // middle of the focused cells
 uniform float focus_radius;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
+layout(location = 2) out vec4 shown_code;  // cell as which the pixel is drawn: see Parts
+uniform bool are_parts;
+uniform usampler2D shown;  // cell as which each triangle is drawn, if are_parts
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & ${MARK_HIDDEN}u) != 0u) discard;
@@ -31,6 +34,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
+  shown_code = are_parts ? codeOf(texelFetch(shown, place(triangle), 0).r) : code;
   brightness = vec4(light(vec3(0.45, 0.75, 0.5)) / 1.5, own_color);
 }`;
 
@@ -57,7 +61,7 @@ export interface Switches {
  */
 export const image = (switches: Switches): string => `${HEAD}${TINTED}
 ${Object.entries(switches).map(([name, isOn]) => `const bool ${name} = ${isOn};`).join("\n")}
-uniform sampler2D ids;
+uniform sampler2D ids;  // cell as which each pixel is drawn
 uniform sampler2D lights;
 uniform sampler2D depths;
 uniform usampler2D regions;  // region of each cell, or NONE; regionOf gives NONE - 1 where no cell is drawn
