@@ -294,7 +294,7 @@ export class Frame implements Held {
       gl.framebufferTexture2D(gl.FRAMEBUFFER, place, gl.TEXTURE_2D, this.gpu.texture(unit), 0);
     this.colors.forEach((color, i) => attach(gl.COLOR_ATTACHMENT0 + i, color));
     attach(gl.DEPTH_ATTACHMENT, this.depth);
-    gl.drawBuffers(this.colors.map((_, i) => gl.COLOR_ATTACHMENT0 + i));
+    gl.drawBuffers(this.colors.slice(0, 2).map((_, i) => gl.COLOR_ATTACHMENT0 + i));
   }
 
   private resize(width: number, height: number): void {
@@ -317,18 +317,22 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /** Run a function whose draw calls change only the last color, where they are not behind what has been drawn. */
-  drawLast(draw: () => void): void {
+  /**
+   * Copy the first color to the third one, and run a function that draws on the copy: other colors and the depth do not
+   * change, and nothing is drawn behind what is there.
+   */
+  drawOnCopy(draw: () => void): void {
     const { gl } = this.gpu;
-    const places = this.colors.map((_, i) => gl.COLOR_ATTACHMENT0 + i);
-    gl.drawBuffers(places.map((place, i) => (i < places.length - 1 ? gl.NONE : place)));
+    gl.activeTexture(gl.TEXTURE0 + this.colors[2].unit);
+    gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, this.width, this.height);
+    gl.drawBuffers([gl.NONE, gl.NONE, gl.COLOR_ATTACHMENT2]);
     gl.depthMask(false);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(-1, -2); // nearer by about the rounding error of depths
     draw();
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthMask(true);
-    gl.drawBuffers(places);
+    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
   }
 
   /** Make the framebuffer the target of draw and read calls. */

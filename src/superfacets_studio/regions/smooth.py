@@ -8,12 +8,12 @@ from superfacets import cut_borders
 from superfacets.kit import Floats, Ints, Longs, MeshLike
 
 
-def parts_beyond_borders(mesh: MeshLike, labels: Ints) -> tuple[Floats, Ints, Longs]:
+def parts_beyond_borders(mesh: MeshLike, labels: Ints) -> tuple[Floats, Longs, Ints, Longs]:
     """Return the parts of faces that the curves of `cut_borders` give to another region.
 
-    The arrays contain the corners of each part, (n, 3, 3), its face, (n,), and the face as which it
-    is drawn, (n,): a face near the part, of the region that gets the part. `labels` is the region of
-    each face. Uses one thread, so that the browser can draw at the same time.
+    The arrays are vertices, the corners of each part, (n, 3), its face, (n,), and the face as which
+    it is drawn, (n,): a face near the part, of the region that gets the part. `labels` is the region
+    of each face. Uses one thread, so that the browser can draw at the same time.
     """
     cut = cut_borders(mesh, labels, n_threads=1)
     faces, is_moved = cut.mesh.faces, cut.labels != labels[cut.sources]
@@ -34,4 +34,5 @@ def parts_beyond_borders(mesh: MeshLike, labels: Ints) -> tuple[Floats, Ints, Lo
         shown = found
     is_drawn = is_moved[near] & (shown >= 0)
     parts = near[is_drawn]
-    return cut.mesh.vertices[faces[parts]], cut.sources[parts], shown[is_drawn]
+    used, corners = np.unique(faces[parts], return_inverse=True)
+    return cut.mesh.vertices[used], corners.reshape(-1, 3), cut.sources[parts], shown[is_drawn]

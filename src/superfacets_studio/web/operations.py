@@ -133,10 +133,11 @@ def _border_packet(document: Document, query: Body) -> bytes:
     labels, cells = document.revisions.get(_number(query)).labels, document.cells
     if not kind_of(cells).has_faces or document.n_cells > MOST_CUT:
         return packet({}, {})
-    corners, sources, shown = parts_beyond_borders(as_mesh(cells), labels)
-    positions = (corners - cells.bounds.mean(axis=0)).reshape(-1, 3).astype(np.float32)
-    numbers = {"sources": sources.astype(np.uint32), "shown": shown.astype(np.uint32)}
-    return packet({}, {"positions": positions, **numbers})
+    vertices, *numbers = parts_beyond_borders(as_mesh(cells), labels)
+    positions = (vertices - cells.bounds.mean(axis=0)).astype(np.float32)
+    named = zip(("triangles", "sources", "shown"), numbers, strict=True)
+    arrays = {name: array.astype(np.uint32) for name, array in named}
+    return packet({}, {"positions": positions, **arrays})
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:

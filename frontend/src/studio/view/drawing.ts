@@ -105,7 +105,7 @@ export class Drawing {
   private restore(): void {
     this.gpu.restore();
     if (this.mesh) this.surface.show(this.mesh.shape);
-    this.parts.restore();
+    this.parts.upload();
     this.changeView();
   }
 
@@ -148,7 +148,7 @@ export class Drawing {
     this.viewMs = 0;
     this.focus = null;
     this.surface.show(mesh.shape);
-    this.parts.show(mesh.shape, {});
+    this.parts.take(mesh, {});
     void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
     this.setLabels(new Int32Array(mesh.nCells).fill(-1), [], () => []);
@@ -167,9 +167,13 @@ export class Drawing {
   /** Draw smooth borders of regions: see `Parts`. */
   setParts(arrays: Arrays): void {
     if (!this.mesh) return;
-    this.parts.show(this.mesh.shape, arrays);
+    this.parts.take(this.mesh, arrays);
     this.isStale = true;
     this.redraw();
+  }
+
+  private get isSmooth(): boolean {
+    return !this.parts.isEmpty && !this.isExact;
   }
 
   /** Draw whole faces, also at smooth borders. */
@@ -332,7 +336,7 @@ export class Drawing {
     program.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
-      ids: frame.colors[2], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
+      ids: frame.colors[this.isSmooth ? 2 : 0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
       stride, samples: Math.min(samples, stride), hovered, cursor, line, blend: this.opacity, height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -387,12 +391,12 @@ export class Drawing {
     const { camera, cells, focus } = this;
     frame.begin(width, height);
     const values = {
-      are_parts: false, ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+      ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       has_focus: focus !== null, focused: this.focused, focus: focus?.middle ?? [0, 0, 0], focus_radius: focus?.radius ?? 1,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     };
     this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), values);
-    if (!this.isExact && frame !== this.coverFrame) frame.drawLast(() => this.parts.draw(this.cellsProgram, eye, values));
+    if (this.isSmooth && frame !== this.coverFrame) frame.drawOnCopy(() => this.parts.draw(this.cellsProgram, eye, values));
   }
 
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */

@@ -3,49 +3,48 @@
 import type { Arrays } from "../../shared/arrays";
 import type { Eye } from "../../shared/camera";
 import { type Gpu, type Program, Table, type Values } from "../../shared/gl";
-import type { Shape } from "../../shared/shape";
+import { type Shape, shapeOf } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
+import { Groups } from "../data/labeling";
+import type { Mesh } from "../data/mesh";
 
 export class Parts {
   private readonly surface: Surface;
-  private readonly table: Table; // cell as which each part is drawn
-  private shape: Shape | null = null; // one triangle per part; null if there are none
-  private readonly others = new Map<number, number[]>(); // cells with parts that are drawn as this cell
+  private readonly shown: Table; // cell as which each part is drawn
+  private shape: Shape | null = null; // one triangle per part, whose source is its cell; null if there are no parts
+  private groups = new Groups(new Uint32Array(0), 0); // parts that are drawn as each cell
 
   constructor(gpu: Gpu) {
     this.surface = new Surface(gpu);
-    this.table = new Table(gpu);
+    this.shown = new Table(gpu);
   }
 
-  /** Show the parts in a response of the server to "borders", on a mesh; none, if there are no arrays. */
-  show({ facts, positions: { low, step } }: Shape, { positions, sources, shown }: Arrays): void {
-    this.others.clear();
-    this.shape = null;
-    if (!positions?.length || !sources || !shown) return;
-    const triangles = Uint32Array.from({ length: positions.length / 3 }, (_, i) => i);
-    this.shape = { facts, positions: { values: positions as Float32Array, low, step }, triangles, sources: Uint32Array.from(sources), normals: null };
-    this.table.fill("r32", shown);
-    sources.forEach((cell, i) => {
-      const cells = this.others.get(shown[i]);
-      if (cells) cells.push(cell);
-      else this.others.set(shown[i], [cell]);
-    });
-    this.restore();
+  get isEmpty(): boolean {
+    return this.shape === null;
+  }
+
+  /** Take the parts of a mesh, as the server sends them; none if there are no arrays. */
+  take({ shape: { facts }, nCells }: Mesh, arrays: Arrays): void {
+    const shown = (arrays.shown ?? new Uint32Array(0)) as Uint32Array;
+    this.shape = shown.length ? shapeOf(facts, arrays) : null;
+    this.groups = new Groups(shown, nCells);
+    this.shown.fill("r32", shown);
+    this.upload();
   }
 
   /** Upload the geometry; called again after the WebGL context was lost. */
-  restore(): void {
+  upload(): void {
     if (this.shape) this.surface.show(this.shape);
   }
 
   draw(program: Program, eye: Eye, values: Values): void {
-    if (this.shape) this.surface.draw(program, eye, 0, { ...values, has_own_colors: false, are_of_vertices: false, are_parts: true, shown: this.table });
+    this.surface.draw(program, eye, 0, { ...values, has_own_colors: false, are_of_vertices: false, shown: this.shown });
   }
 
-  /** Cells with parts that are drawn as one of the given cells. */
+  /** Cells that have a part drawn as one of the given cells. */
   partly(cells: Iterable<number>): number[] {
     const found: number[] = [];
-    if (this.shape) for (const cell of cells) found.push(...this.others.get(cell) ?? []);
+    if (this.shape) for (const cell of cells) for (const part of this.groups.of(cell)) found.push(this.shape.sources![part]);
     return found;
   }
 }

@@ -19,9 +19,8 @@ uniform vec3 focus;  // middle of the focused cells
 uniform float focus_radius;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
-layout(location = 2) out vec4 shown_code;  // cell as which the pixel is drawn: see Parts
-uniform bool are_parts;
-uniform usampler2D shown;  // cell as which each triangle is drawn, if are_parts
+layout(location = 2) out vec4 shown_code;  // the cell as which a part is drawn
+uniform usampler2D shown;  // cell as which each part is drawn
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & ${MARK_HIDDEN}u) != 0u) discard;
@@ -34,7 +33,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  shown_code = are_parts ? codeOf(texelFetch(shown, place(triangle), 0).r) : code;
+  shown_code = codeOf(texelFetch(shown, place(triangle), 0).r);
   brightness = vec4(light(vec3(0.45, 0.75, 0.5)) / 1.5, own_color);
 }`;
 
