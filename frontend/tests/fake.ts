@@ -123,7 +123,7 @@ export function fakeFile(nCells: number): { mesh: Mesh; regions: Regions; paints
 /** A drawing that draws nothing. */
 export function fakeDrawing(canvas?: HTMLCanvasElement): Drawing {
   const cells = { setPaint: vi.fn(), isHidden: () => false };
-  const drawing = { canvas, isCut: () => false, onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn() };
+  const drawing = { canvas, isCut: () => false, onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn(), setParts: vi.fn() };
   return drawing as unknown as Drawing;
 }
 

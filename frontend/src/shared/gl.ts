@@ -216,13 +216,9 @@ export class Table implements Lookup, Held {
     this.last = Math.max(this.last, row);
   }
 
-  get isChanged(): boolean {
-    return this.last >= 0;
-  }
-
   /** Upload the range of rows that contains all changed rows. */
   send(): void {
-    if (!this.isChanged) return;
+    if (this.last < 0) return;
     const { gl } = this.gpu;
     const [, outer, type, channels] = this.layout;
     gl.activeTexture(gl.TEXTURE0 + this.unit);
@@ -317,10 +313,7 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /**
-   * Copy the first color to the third one, and run a function that draws on the copy: other colors and the depth do not
-   * change, and nothing is drawn behind what is there.
-   */
+  /** Copy the first color to the third, and run a function that draws on this copy only, where nothing is in front. */
   drawOnCopy(draw: () => void): void {
     const { gl } = this.gpu;
     gl.activeTexture(gl.TEXTURE0 + this.colors[2].unit);

@@ -31,12 +31,6 @@ interface Kinds {
   suggestions: Suggested;
 }
 
-/** Labels of the other file in a comparison. */
-interface Theirs {
-  classes: ClassEntry[];
-  paints: Paints;
-}
-
 /** A requested segmentation of a file. */
 interface Wanted {
   fileId: number;
@@ -75,7 +69,7 @@ export class Session {
   paints!: Paints;
   state!: State;
   suggested = NOTHING_SUGGESTED;
-  theirs: Theirs | null = null; // labels of the other file in a comparison; null if no file is compared
+  theirs: { classes: ClassEntry[]; paints: Paints } | null = null; // labels of the other file in a comparison; null if no file is compared
   online = true;
   outage = new Error(); // why strokes cannot be saved, if `online` is false
   // Time at which the server saved the latest step; null if nothing was saved since the file was opened.

@@ -70,7 +70,7 @@ export class Drawing {
   private theme: Record<string, number[]> = {};
   private hovered = NONE;
   private cursor = NONE;
-  private hasBorders = true;
+  hasBorders = true;
   private cellsOf: (region: number) => Iterable<number> = () => [];
   private changed: Box | null = null; // contains all cells with other colors than in the latest frame; null if anything has changed
   private drawn: unknown[] = []; // program, framebuffer and sizes of the latest second pass; others draw the whole canvas
@@ -96,17 +96,13 @@ export class Drawing {
       event.preventDefault(); // without this call, the browser would never restore the context
       failed(text.session.noGraphics);
     });
-    canvas.addEventListener("webglcontextrestored", () => this.restore());
+    canvas.addEventListener("webglcontextrestored", () => {
+      gpu.restore();
+      this.changeView();
+    });
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.readTheme();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readTheme());
-  }
-
-  private restore(): void {
-    this.gpu.restore();
-    if (this.mesh) this.surface.show(this.mesh.shape);
-    this.parts.upload();
-    this.changeView();
   }
 
   private readTheme(): void {
@@ -178,9 +174,8 @@ export class Drawing {
 
   /** Draw whole faces, also at smooth borders. */
   setExact(isExact: boolean): void {
-    if (this.isExact === isExact) return;
+    this.isStale ||= isExact !== this.isExact;
     this.isExact = isExact;
-    this.isStale = true;
     this.redraw();
   }
 
@@ -232,11 +227,6 @@ export class Drawing {
   isCut(place: Vector): boolean {
     const { clip } = this;
     return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
-  }
-
-  setBorders(on: boolean): void {
-    this.hasBorders = on;
-    this.redraw();
   }
 
   /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
@@ -396,7 +386,7 @@ export class Drawing {
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     };
     this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), values);
-    if (this.isSmooth && frame !== this.coverFrame) frame.drawOnCopy(() => this.parts.draw(this.cellsProgram, eye, values));
+    if (this.isSmooth && frame !== this.coverFrame) frame.drawOnCopy(() => this.parts.draw(this.cellsProgram, eye, 0, { ...values, has_own_colors: false, are_of_vertices: false, shown: this.parts.shown }));
   }
 
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */
