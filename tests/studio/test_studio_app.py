@@ -67,6 +67,8 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
                 assert client.get("export", what=what, format=format).status_code == 200
     _, regions = unpacked(client.get("regions", revision=split["revision"]).content)
     assert regions["arcs"].max() == 2
+    _, borders = unpacked(client.get("borders", revision=split["revision"]).content)
+    assert bool(borders) == (kind == "polygons")
 
 
 def test_a_region_is_divided_into_parts_in_one_step(client, serve, sheet):
@@ -104,6 +106,24 @@ def test_neighboring_regions_are_joined_by_arcs(client):
     assert (header["n_regions"], set(arrays)) == (20, {"arcs"})
     assert (arrays["arcs"][:, 0] < arrays["arcs"][:, 1]).all()
     assert set(arrays["arcs"].ravel().tolist()) == set(range(20))
+
+
+def test_parts_of_faces_beyond_smooth_borders_are_shown_as_a_face_of_the_other_region(
+    client, sheet
+):
+    revision, labels = client.state()["revision"], client.labels()
+    with client.document().lock:  # of this thread, while another answers
+        _, arrays = unpacked(client.get("borders", revision=revision).content)
+    cut = superfacets.cut_borders(superfacets.read_mesh(sheet), labels)
+    is_part = cut.labels != labels[cut.sources]
+    assert np.array_equal(arrays["sources"], cut.sources[is_part])
+    assert np.array_equal(labels[arrays["shown"]], cut.labels[is_part])
+    header, mesh = unpacked(client.get("mesh").content)
+    corners = arrays["positions"][arrays["triangles"]]
+    assert np.allclose(corners + header["center"], cut.mesh.vertices[cut.mesh.faces[is_part]])
+    middles = mesh["positions"][mesh["triangles"]].mean(axis=1)
+    gaps = middles[arrays["shown"]] - middles[arrays["sources"]]
+    assert np.linalg.norm(gaps, axis=1).max() < 4 * np.sqrt(mesh["areas"].max())
 
 
 def test_cells_in_any_order_are_painted_and_undone(client):

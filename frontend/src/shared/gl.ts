@@ -290,7 +290,7 @@ export class Frame implements Held {
       gl.framebufferTexture2D(gl.FRAMEBUFFER, place, gl.TEXTURE_2D, this.gpu.texture(unit), 0);
     this.colors.forEach((color, i) => attach(gl.COLOR_ATTACHMENT0 + i, color));
     attach(gl.DEPTH_ATTACHMENT, this.depth);
-    gl.drawBuffers(this.colors.slice(0, 2).map((_, i) => gl.COLOR_ATTACHMENT0 + i));
+    gl.drawBuffers(this.colors.map((_, i) => gl.COLOR_ATTACHMENT0 + i));
   }
 
   private resize(width: number, height: number): void {
@@ -313,19 +313,14 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /** Copy the first color to the third, and run a function that draws on this copy only, where nothing is in front. */
-  drawOnCopy(draw: () => void): void {
+  /** Copy the first color of another framebuffer, and make this framebuffer the target of draw calls. */
+  copy(other: Frame): void {
     const { gl } = this.gpu;
-    gl.activeTexture(gl.TEXTURE0 + this.colors[2].unit);
-    gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, this.width, this.height);
-    gl.drawBuffers([gl.NONE, gl.NONE, gl.COLOR_ATTACHMENT2]);
-    gl.depthMask(false);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(-1, -2); // nearer by about the rounding error of depths
-    draw();
-    gl.disable(gl.POLYGON_OFFSET_FILL);
-    gl.depthMask(true);
-    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
+    this.begin(other.width, other.height);
+    other.bind();
+    gl.activeTexture(gl.TEXTURE0 + this.colors[0].unit);
+    gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, other.width, other.height);
+    this.bind();
   }
 
   /** Make the framebuffer the target of draw and read calls. */

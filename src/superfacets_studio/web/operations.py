@@ -151,7 +151,7 @@ def border_packet(document: Document, query: Body) -> bytes:
     used, triangles = np.unique(faces[parts], return_inverse=True)
     positions = (cut.mesh.vertices[used] - cells.bounds.mean(axis=0)).astype(np.float32)
     arrays = {
-        "triangles": triangles.ravel(),
+        "triangles": triangles.reshape(-1, 3),
         "sources": cut.sources[parts],
         "shown": shown[is_drawn],
     }

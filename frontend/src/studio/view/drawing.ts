@@ -14,7 +14,7 @@ import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { Parts } from "./parts";
-import { CELLS, image, type Switches, WHOLE } from "./shaders";
+import { CELLS, image, PARTS, type Switches, WHOLE } from "./shaders";
 import { text } from "../text/index";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
@@ -50,6 +50,7 @@ export class Drawing {
   private readonly parts: Parts;
   private isExact = false; // whether whole faces are drawn, without `parts`
   private readonly cellsProgram: Program;
+  private readonly partsProgram: Program;
   private readonly imagePrograms = new Map<string, Program>(); // programs of the second pass, by fragment shader
   private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
@@ -63,6 +64,7 @@ export class Drawing {
   private blinking = 0; // timer of the next phase
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
   private readonly coverFrame: Frame; // framebuffer of `coversSeen`
+  private readonly partsFrame: Frame; // cell as which each pixel of the latest first pass is drawn, if `isSmooth`
   private covers: Seen | null = null; // result of `coversSeen` for this view; null if not computed yet
   private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
   private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
@@ -88,9 +90,10 @@ export class Drawing {
     this.cells = new CellTable(gpu, (cells) => this.redraw(cells), () => this.changeView());
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors, this.focused] =
       Array.from({ length: 6 }, () => new Table(gpu));
-    this.frames = [new Frame(gpu, 3), new Frame(gpu, 3)];
-    this.coverFrame = new Frame(gpu, 1);
+    this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
+    [this.coverFrame, this.partsFrame] = [new Frame(gpu, 1), new Frame(gpu, 1)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
+    this.partsProgram = new Program(gpu, SURFACE, PARTS);
     this.imageProgram(this.switches); // fails early if it cannot be built
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
@@ -326,7 +329,7 @@ export class Drawing {
     program.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
-      ids: frame.colors[this.isSmooth ? 2 : 0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
+      ids: (this.isSmooth ? this.partsFrame : frame).colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
       stride, samples: Math.min(samples, stride), hovered, cursor, line, blend: this.opacity, height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -372,6 +375,8 @@ export class Drawing {
   private drawCells(): Frame {
     this.frame = this.frames[this.stride - 1];
     this.drawInto(this.frame, this.stride * this.canvas.width, this.stride * this.canvas.height, 1);
+    if (this.isSmooth) this.partsFrame.copy(this.frame);
+    if (this.isSmooth) this.parts.draw(this.partsProgram, this.camera.eye, 0, { ...this.ownColors.values, seen_cells: this.frame.colors[0], shown: this.parts.shown });
     this.isStale = false;
     return this.frame;
   }
@@ -380,13 +385,11 @@ export class Drawing {
   private drawInto(frame: Frame, width: number, height: number, factor: number, eye: Eye = this.camera.eye): void {
     const { camera, cells, focus } = this;
     frame.begin(width, height);
-    const values = {
+    this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), {
       ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       has_focus: focus !== null, focused: this.focused, focus: focus?.middle ?? [0, 0, 0], focus_radius: focus?.radius ?? 1,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
-    };
-    this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), values);
-    if (this.isSmooth && frame !== this.coverFrame) frame.drawOnCopy(() => this.parts.draw(this.cellsProgram, eye, 0, { ...values, has_own_colors: false, are_of_vertices: false, shown: this.parts.shown }));
+    });
   }
 
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */

@@ -1,5 +1,5 @@
-// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number, the
-// brightness, and the cell as which it is drawn, of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
+// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number and the
+// brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
 import { N_SHADES } from "../data/colors";
@@ -19,8 +19,6 @@ uniform vec3 focus;  // middle of the focused cells
 uniform float focus_radius;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
-layout(location = 2) out vec4 shown_code;  // the cell as which a part is drawn
-uniform usampler2D shown;  // cell as which each part is drawn
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & ${MARK_HIDDEN}u) != 0u) discard;
@@ -33,8 +31,20 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  shown_code = codeOf(texelFetch(shown, place(triangle), 0).r);
   brightness = vec4(light(vec3(0.45, 0.75, 0.5)) / 1.5, own_color);
+}`;
+
+/** Fragment shader that replaces the cell of each pixel by the cell as which a part of it is drawn. */
+export const PARTS = `${HEAD}${CODE}
+uniform sampler2D seen_cells;  // what CELLS has drawn
+uniform usampler2D shown;  // cell as which each part is drawn
+flat in uint cell;
+flat in uint triangle;
+out vec4 code;
+void main() {
+  vec4 gap = abs(texelFetch(seen_cells, ivec2(gl_FragCoord.xy), 0) - codeOf(cell));
+  if (any(greaterThan(gap, vec4(0.001)))) discard;
+  code = codeOf(texelFetch(shown, place(triangle), 0).r);
 }`;
 
 /** Vertex shader of the second pass: one triangle that covers the canvas. */
