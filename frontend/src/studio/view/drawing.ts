@@ -376,7 +376,7 @@ export class Drawing {
     this.frame = this.frames[this.stride - 1];
     this.drawInto(this.frame, this.stride * this.canvas.width, this.stride * this.canvas.height, 1);
     if (this.isSmooth) this.partsFrame.copy(this.frame);
-    if (this.isSmooth) this.parts.draw(this.partsProgram, this.camera.eye, 0, { ...this.ownColors.values, seen_cells: this.frame.colors[0], shown: this.parts.shown });
+    if (this.isSmooth) this.parts.draw(this.partsProgram, this.camera.eye, 0, { ...this.ownColors.values, seen_cells: this.frame.colors[0], depths: this.frame.depth, shown: this.parts.shown });
     this.isStale = false;
     return this.frame;
   }

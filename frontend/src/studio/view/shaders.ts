@@ -36,14 +36,18 @@ void main() {
 
 /** Fragment shader that replaces the cell of each pixel by the cell as which a part of it is drawn. */
 export const PARTS = `${HEAD}${CODE}
-uniform sampler2D seen_cells;  // what CELLS has drawn
+uniform sampler2D seen_cells;  // cells and depths that CELLS has drawn
+uniform sampler2D depths;
 uniform usampler2D shown;  // cell as which each part is drawn
 flat in uint cell;
 flat in uint triangle;
 out vec4 code;
 void main() {
-  vec4 gap = abs(texelFetch(seen_cells, ivec2(gl_FragCoord.xy), 0) - codeOf(cell));
-  if (any(greaterThan(gap, vec4(0.001)))) discard;
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  bool is_seen = all(lessThan(abs(texelFetch(seen_cells, p, 0) - codeOf(cell)), vec4(0.001)));
+  // At its edges, a part covers pixels of other faces. Behind the silhouette of an object, parts are seen from behind.
+  float behind = abs(gl_FragCoord.z - texelFetch(depths, p, 0).r);
+  if (!is_seen && !(gl_FrontFacing && behind < fwidth(gl_FragCoord.z) + 1e-6)) discard;
   code = codeOf(texelFetch(shown, place(triangle), 0).r);
 }`;
 
