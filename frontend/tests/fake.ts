@@ -73,6 +73,7 @@ export class FakeServer {
     const paint = this.paint[Number(file)];
     if (name === "paint" && "cells" in body) this.take(paint, body);
     if (name === "paint" && !("cells" in body)) return new Response(Uint32Array.from(paint).buffer);
+    if (name === "borders") return new Response(packet({}, { shown: Uint32Array.of(1), sources: Uint32Array.of(0) }));
     if (name === "similar") return Response.json({ regions: [1, 2, 3] });
     return Response.json({ seq: this.seq });
   }

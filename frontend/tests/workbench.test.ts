@@ -1,7 +1,8 @@
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { afterEach, beforeEach, expect, type Mock, test, vi } from "vitest";
 import { Api } from "../src/studio/session/api";
 import { Saver } from "../src/studio/session/saver";
 import { Session } from "../src/studio/session/session";
+import type { Drawing } from "../src/studio/view/drawing";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";
 import { RegionBrush } from "../src/studio/input/tools";
@@ -34,6 +35,43 @@ beforeEach(() => {
 afterEach(() => {
   vi.unstubAllGlobals();
   vi.useRealTimers();
+});
+
+/** Let the view come to rest; afterwards, return the numbers of parts that the drawing got, in order. */
+async function rest(nRequests: number): Promise<number[]> {
+  const { afterView, setParts } = vi.mocked(workbench.drawing) as { afterView: (() => void)[]; setParts: Mock<Drawing["setParts"]> };
+  for (const run of afterView) run();
+  await vi.waitFor(() => expect(setParts).toHaveBeenCalledTimes(nRequests));
+  return setParts.mock.calls.map(([{ shown }]) => shown?.length ?? 0);
+}
+
+test("at rest, smooth borders are requested once for the current regions", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  expect(await rest(1)).toEqual([1]);
+  expect(await rest(1)).toEqual([1]);
+  session.regions = fakeFile(server.nCells).regions;
+  expect(await rest(2)).toEqual([1, 1]);
+  expect(server.sent("borders")).toHaveLength(2);
+});
+
+test("whole faces are drawn if the server cannot compute smooth borders", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  server.mode = { status: 410 };
+  expect(await rest(1)).toEqual([0]);
+});
+
+test("smooth borders of a file that is no longer open are dropped", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  server.mode = "wait";
+  for (const run of workbench.drawing.afterView) run();
+  await vi.waitFor(() => expect(server.sent("borders")).toHaveLength(1));
+  open(1);
+  server.answer();
+  expect(await rest(1)).toEqual([1]);
+  expect(server.sent("borders").map(({ path }) => path)).toEqual(["/files/0/borders", "/files/1/borders"]);
 });
 
 /** Press F on region 0 while the server waits; run `meanwhile`, and then let the server answer. */

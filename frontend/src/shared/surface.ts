@@ -18,7 +18,7 @@ export class Surface {
   private state: WebGLVertexArrayObject | null = null;
   private readonly buffers: WebGLBuffer[] = [];
 
-  constructor(private readonly gpu: Gpu) {
+  constructor(protected readonly gpu: Gpu) {
     this.vertices = new Table(gpu);
     this.sources = new Table(gpu);
     gpu.hold(this);

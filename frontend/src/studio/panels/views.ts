@@ -44,9 +44,7 @@ export class Views {
 
   private toggleBacks(): void {
     const { drawing, session } = this.workbench;
-    if (!session.mesh.hasNormals) {
-      return this.workbench.say(words.noNormals);
-    }
+    if (!session.mesh.hasNormals) return this.workbench.say(words.noNormals);
     this.hideBacks(!drawing.hidesBacks);
     this.workbench.say(drawing.hidesBacks ? words.backsHidden : words.backsShown);
   }

@@ -249,9 +249,9 @@ export class Session {
   }
 
   /** Parts of faces beyond the smooth borders of the current regions. No parts if they cannot be computed. */
-  async borders(): Promise<Arrays> {
-    const path = `${this.path}/borders?revision=${this.regions.revision}`;
-    return this.api.buffer(path).then((buffer) => readPacket(buffer).arrays, () => ({}));
+  borders(): Promise<Arrays> {
+    const buffer = this.api.buffer(`${this.path}/borders?revision=${this.regions.revision}`);
+    return buffer.then((whole) => readPacket(whole).arrays).catch(() => ({}));
   }
 
   private async loadSuggestions(): Promise<void> {

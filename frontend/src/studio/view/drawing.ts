@@ -163,10 +163,9 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Draw smooth borders of regions: see `Parts`. */
+  /** Draw other `parts` of the same mesh. */
   setParts(arrays: Arrays): void {
-    if (!this.mesh) return;
-    this.parts.take(this.mesh, arrays);
+    this.parts.take(this.mesh!, arrays);
     this.isStale = true;
     this.redraw();
   }
@@ -375,10 +374,16 @@ export class Drawing {
   private drawCells(): Frame {
     this.frame = this.frames[this.stride - 1];
     this.drawInto(this.frame, this.stride * this.canvas.width, this.stride * this.canvas.height, 1);
-    if (this.isSmooth) this.partsFrame.copy(this.frame);
-    if (this.isSmooth) this.parts.draw(this.partsProgram, this.camera.eye, 0, { ...this.ownColors.values, seen_cells: this.frame.colors[0], depths: this.frame.depth, shown: this.parts.shown });
+    if (this.isSmooth) this.drawParts(this.frame);
     this.isStale = false;
     return this.frame;
+  }
+
+  /** Copy the cells of a framebuffer to `partsFrame`, and draw the parts there. */
+  private drawParts(frame: Frame): void {
+    const { parts, parts: { shown }, partsProgram, partsFrame, camera, ownColors } = this;
+    partsFrame.copy(frame);
+    parts.draw(partsProgram, camera.eye, 0, { ...ownColors.values, seen_cells: frame.colors[0], depths: frame.depth, shown });
   }
 
   /** Draw the cells to a framebuffer with this size. The size of points is multiplied by `factor`. */

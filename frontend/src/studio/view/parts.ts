@@ -1,7 +1,7 @@
 // Parts of faces that are drawn like a face of another region, so that borders of regions are smooth curves.
 
 import type { Arrays } from "../../shared/arrays";
-import { type Gpu, Table } from "../../shared/gl";
+import { Table } from "../../shared/gl";
 import { shapeOf } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
 import { Groups } from "../data/labeling";
@@ -11,12 +11,7 @@ export class Parts extends Surface {
   isEmpty = true;
   private cells = new Uint32Array(0); // cell of each part
   private groups = new Groups(this.cells, 0); // parts that are drawn as each cell
-  readonly shown: Table; // cell as which each part is drawn
-
-  constructor(gpu: Gpu) {
-    super(gpu);
-    this.shown = new Table(gpu);
-  }
+  readonly shown = new Table(this.gpu); // cell as which each part is drawn
 
   /** Take the parts of a mesh, as the server sends them; none if there are no arrays. */
   take({ shape: { facts }, nCells }: Mesh, arrays: Arrays): void {
