@@ -62,7 +62,7 @@ def test_points_seen_through_gaps_of_a_wall_have_no_borders(wall):
     _, tab = wall
     pictures = """n => [true, false].map((on) => {
         const { drawing } = studio.workbench;
-        drawing.setBorders(on);
+        drawing.hasBorders = on;
         drawing.draw(1);
         const [colors, { cells }] = [drawing.pixels(), drawing.cellsSeen()];
         return [...colors].filter((_, i) => cells[i] >= n && cells[i] < 2 ** 32 - 1);
