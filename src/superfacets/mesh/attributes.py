@@ -193,6 +193,23 @@ class MeshAttributes:
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
 
 
+def as_words(names: Sequence[str], unsafe: str) -> list[str]:
+    """Return names with underscores in place of spaces and `unsafe` characters.
+
+    A number is appended if two names would become the same.
+    """
+    table = str.maketrans(unsafe, "_" * len(unsafe))
+    words = {name: "_".join(name.translate(table).split()) or "unnamed" for name in names}
+    taken = {word for name, word in words.items() if word == name}
+    for name, word in words.items():
+        n = 1
+        while words[name] != name and words[name] in taken:
+            n += 1
+            words[name] = f"{word}_{n}"
+        taken.add(words[name])
+    return [words[name] for name in names]
+
+
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
     """Return red, green and blue to show for each cell or vertex, or None if there are no colors.
 

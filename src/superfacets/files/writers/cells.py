@@ -20,7 +20,14 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
 from ...graph.kinds import Kind, kind_of
-from ...mesh.attributes import COLORS, MeshAttributes, have_region_colors, is_image, stored_colors
+from ...mesh.attributes import (
+    COLORS,
+    MeshAttributes,
+    as_words,
+    have_region_colors,
+    is_image,
+    stored_colors,
+)
 from ...mesh.base import Cells
 from ...regions.vertices import vertex_labels
 from ..formats import FORMATS
@@ -81,8 +88,7 @@ class FormatOptions:
                 continue
             if labels is None:
                 raise MeshError(f"{name} need labels, because there is one value per {noun}")
-            n_labels = len(np.unique(labels[labels >= 0]))
-            check_length(given, n_labels, name, noun, error=MeshError)
+            check_length(given, len(np.unique(labels[labels >= 0])), name, noun, error=MeshError)
 
 
 def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
@@ -185,6 +191,11 @@ class Output:
             return self.colors
         return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
 
+    @property
+    def _unsafe(self) -> str:
+        """In OBJ, "#" begins a comment, and a backslash joins two lines."""
+        return "#\\" if self.ending == ".obj" else ""
+
     def parts(self) -> tuple[Array, list[str]] | None:
         """Return the number of the named part of each face, and the names of the parts.
 
@@ -201,8 +212,7 @@ class Output:
         values, ranks = np.unique(self.labels, return_inverse=True)
         names = [f"region_{value}" if value >= 0 else "unlabeled" for value in values.tolist()]
         if self.classes is not None:
-            classes = ["_".join(name.split()) or "unnamed" for name in self.classes]
-            names[len(names) - len(classes) :] = classes
+            names[len(names) - len(self.classes) :] = as_words(self.classes, self._unsafe)
         if given is not None and self._lose_parts(names, ranks, *given):
             self.changed.append("some part names, because regions have other names")
         return ranks, names
@@ -226,7 +236,8 @@ class Output:
         stored, listed = self._stored("face"), getattr(self.attributes, "names", {})
         for name, names in listed.items():
             if name in stored and stored[name].max() < len(names):
-                words = ["_".join(each.split()) or f"{name}_{i}" for i, each in enumerate(names)]
+                whole = [each if each.strip() else f"{name}_{i}" for i, each in enumerate(names)]
+                words = as_words(whole, self._unsafe)
                 self.taken.update((f"{name} names", f"face property {name}"))
                 return stored[name], [*words, "unnamed"]
         return None
