@@ -89,8 +89,11 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     np.save(tmp_path / "mask.npy", mask)
     write_labels(tmp_path / "low.seg", low)
     options = ("--mask", tmp_path / "mask.npy", "--barriers", tmp_path / "low.seg")
-    out = tmp_path / "a.npz"
-    assert run("levels", sheet, "-n", "20,6", *options, "--features", "height", "-o", out)[0] == 0
+    out, height = tmp_path / "a.npz", str(tmp_path / "height.npy")
+    np.save(height, np.where(mask, middle[:, 2], np.nan))
+    status, _, err = run("levels", sheet, "-n", 2, "--features", height, "-o", out)
+    assert (status, f"{height}: {np.sum(~mask)} faces without a finite value" in err) == (1, True)
+    assert run("levels", sheet, "-n", "20,6", *options, "--features", height, "-o", out)[0] == 0
     nested = hierarchy(mesh, [20, 6], mask=mask, barriers=low, features=middle[:, 2:])
     with np.load(out) as found:
         assert np.array_equal(found["labels"], nested.levels)

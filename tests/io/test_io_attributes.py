@@ -251,8 +251,7 @@ def test_names_and_types_are_kept_where_the_format_can_and_otherwise_the_change_
     with pytest.warns(UserWarning, match=re.escape(lost)):
         write_mesh(path, mesh, attributes=attributes)
     found = read_attributes(path).face
-    kinds = {name: values.dtype.str[1:] for name, values in found.items()}
-    assert kinds == {
+    assert {name: values.dtype.str[1:] for name, values in found.items()} == {
         "m_(S/m)": "f8", "flag": "u1", "id": "f8", "many": "u4", "small": "i4", "half": "f4",
         "big": "f8", "two_words": "i4",
     }  # fmt: skip
@@ -342,8 +341,7 @@ def test_trimesh_reads_what_was_carried_over(rich, tmp_path):
     read = read_attributes(rich)
     write_mesh(path, read_mesh(rich), attributes=read)
     textured = trimesh.load_mesh(path, process=False)
-    corners = textured.visual.uv[textured.faces.ravel()]
-    assert_array_equal(corners, FACE["uv"].reshape(-1, 2))
+    assert_array_equal(textured.visual.uv[textured.faces.ravel()], FACE["uv"].reshape(-1, 2))
     vertex = {name: values for name, values in read.vertex.items() if name not in "st"}
     face = {name: values for name, values in read.face.items() if name != "texcoord"}
     write_mesh(path, read_mesh(rich), attributes=MeshAttributes(vertex, face))

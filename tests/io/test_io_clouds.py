@@ -200,8 +200,7 @@ def test_chunks_of_any_size_are_read(laspy):
 
 def las_description(content):
     at = content.index(b"laszip encoded") - 2
-    size = int.from_bytes(content[at + 20 : at + 22], "little")
-    return bytes(content[at + 54 : at + 54 + size])
+    return bytes(content[at + 54 : at + 54 + int.from_bytes(content[at + 20 : at + 22], "little")])
 
 
 def test_a_table_of_chunks_at_the_end_is_found(laspy):
@@ -389,8 +388,7 @@ def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path,
 ])  # fmt: skip
 def test_the_format_of_the_reference_system_is_known(numbers, is_wkt, expected):
     records = tuple((number, b"") for number in numbers)
-    frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt)
-    assert frame.reference_system == expected
+    assert LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt).reference_system == expected
 
 
 def test_a_text_with_an_odd_name_of_a_column_is_read(tmp_path):
@@ -542,8 +540,7 @@ def test_compressed_splats_are_unpacked(tmp_path):
     found = {name: values.tolist() for name, values in attributes.vertex.items()}
     assert cloud.points.tolist() == [[0, -1, 5], [2, 1, 6]]
     assert cloud.colors == pytest.approx(np.array([[0, 1, 0], [1, 1, 1]]), abs=1e-6)
-    scales = [found[f"scale_{axis}"] for axis in range(3)]
-    assert scales == [[-8, 0], [-4, 0], [-2, 0]]
+    assert [found[f"scale_{axis}"] for axis in range(3)] == [[-8, 0], [-4, 0], [-2, 0]]
     assert np.transpose([found[f"rot_{i}"] for i in range(4)]) == pytest.approx(
         np.array([[1, 0, 0, 0], [0, 0, 0, 1]]), abs=1e-3
     )

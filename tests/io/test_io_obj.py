@@ -62,8 +62,7 @@ def test_numbers_after_some_positions_are_left_out(read, tmp_path):
 
 def test_comments_indents_tabs_and_continued_lines(read):
     data = f"# a\n\n  {SQUARE}\tf\t1 2 \\\n 3 # and why\nf 1 \\\r\n3 4 \t\n#f 1 2 4\n"
-    mesh = read("a.obj", data.encode())
-    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert read("a.obj", data.encode()).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
 def test_a_comment_does_not_go_on_in_the_next_line(read):

@@ -47,8 +47,7 @@ def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
 @pytest.mark.parametrize("ending", FORMATS.meshes)
 def test_a_file_of_another_format_is_refused(read, ending):
     for name, data in whole_files().items():
-        readable = (".glb", ".gltf") if ending in (".glb", ".gltf") else ending
-        if not name.endswith(readable):
+        if not name.endswith((".glb", ".gltf") if ending in (".glb", ".gltf") else ending):
             with pytest.raises(MeshError):
                 read(f"a{ending}", data)
 
