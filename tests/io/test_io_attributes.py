@@ -220,6 +220,9 @@ def test_names_of_the_labels_win(tmp_path):
     assert found.face["red"].dtype == np.uint8
     assert_array_equal(found.face["kept"], [5, 6])
     assert "label" not in found.vertex  # they belong to old regions
+    with pytest.warns(UserWarning, match="^in .vtp, new values replace face property label$"):
+        write_mesh(tmp_path / "a.vtp", mesh, [2, 0], attributes=found)  # no old colors
+    assert read_attributes(tmp_path / "a.vtp").face.keys() == {"kept", "label", "colors"}
     write_mesh(path, mesh, attributes=MeshAttributes(face={"label": [8, 8]}))
     assert_array_equal(superfacets.read_labels(path), [8, 8])  # from another program, so it is kept
     write_mesh(path, mesh, [1, 0], attributes=MeshAttributes({"label": [1, 2, 3, 4, 5]}))

@@ -479,7 +479,8 @@ class TestNamesAndVertices:
         [
             ("a.ply", {"label_name": "Label"}, ValueError,
              r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk"),
-            ("a.msh", {}, MeshError, r"got \.msh \(meshio writes it\)"),
+            ("a.msh", {}, MeshError, r"a\.msh: meshio writes \.msh; expected"),
+            ("a.shp", {}, MeshError, r"a\.shp: geopandas writes \.shp; "),
             ("a.json", {}, MeshError, r"ending .segs.json, .sstk.json, .aggregation.json, got"),
             ("a.vtp", {"label_name": ""}, ValueError,
              "label_name must be one line of printable text, got ''"),

@@ -40,7 +40,7 @@ def test_files_that_meshio_converts_are_refused_with_the_command(refuse):
      ("a.brep", "BREP"), ("a.FCStd", "FCStd"), ("a.stl", "STEP")],
 )  # fmt: skip
 def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
-    advice = "export STL from your CAD program, or run gmsh part.step -2 -o part.stl"
+    advice = "gmsh part.step -2 -o part.msh keeps its faces as gmsh:geometrical"
     refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is a CAD format: {advice}")
 
 

@@ -127,7 +127,7 @@ class CellData:
         if texture is None or whys:
             why = f" ({whys[0]})" if whys else ""
             raise MeshError(
-                f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
+                f"features {name}: {self._whole} has no {'complete ' * bool(texture)}texture{why}"
             )
         load("superfacets_textures.texels:check_texture")(texture, self.cells)
         with named_errors(f"features {name}"):
@@ -148,7 +148,7 @@ class CellData:
             fields = {field for table in self._stored for field in table}
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
-                f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
+                f"features {name}: {self._whole} has no property {', '.join(wanted)}: it has"
                 f" {', '.join(known)}; or name a file, such as {name}.npy"
             )
         return table
@@ -180,6 +180,10 @@ class CellData:
         """Properties of faces, and properties of vertices or points, in the file."""
         found = self.attributes or MeshAttributes()
         return found.face, found.vertex
+
+    @property
+    def _whole(self) -> str:
+        return "the cloud" if kind_of(self.cells).are_points else "the mesh"
 
     @cached_property
     def _has_color(self) -> bool:

@@ -20,14 +20,7 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
 from ...graph.kinds import Kind, kind_of
-from ...mesh.attributes import (
-    COLORS,
-    MeshAttributes,
-    as_words,
-    have_region_colors,
-    is_image,
-    stored_colors,
-)
+from ...mesh.attributes import COLORS, MeshAttributes, have_region_colors, is_image, stored_colors
 from ...mesh.base import Cells
 from ...regions.vertices import vertex_labels
 from ..formats import FORMATS
@@ -177,6 +170,8 @@ class Output:
             "comments": any(not is_image(line) for line in self.attributes.comments),
         }
         more = [item for item, is_there in others.items() if is_there and item not in self.taken]
+        if "texture" in more and self.texture is not None and not len(self.texture.coordinates):
+            more[more.index("texture")] = "materials"  # which have no texture
         return [*lost, *more, *self.changed]
 
     @property
@@ -190,11 +185,6 @@ class Output:
         if self.colors is not None or self.cells.colors is None:
             return self.colors
         return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
-
-    @property
-    def _unsafe(self) -> str:
-        """In OBJ, "#" begins a comment, and a backslash joins two lines."""
-        return "#\\" if self.ending == ".obj" else ""
 
     def parts(self) -> tuple[Array, list[str]] | None:
         """Return the number of the named part of each face, and the names of the parts.
@@ -212,7 +202,8 @@ class Output:
         values, ranks = np.unique(self.labels, return_inverse=True)
         names = [f"region_{value}" if value >= 0 else "unlabeled" for value in values.tolist()]
         if self.classes is not None:
-            names[len(names) - len(self.classes) :] = as_words(self.classes, self._unsafe)
+            words = MeshAttributes.as_words(self.classes, self.ending)
+            names[len(names) - len(words) :] = words
         if given is not None and self._lose_parts(names, ranks, *given):
             self.changed.append("some part names, because regions have other names")
         return ranks, names
@@ -237,7 +228,7 @@ class Output:
         for name, names in listed.items():
             if name in stored and stored[name].max() < len(names):
                 whole = [each if each.strip() else f"{name}_{i}" for i, each in enumerate(names)]
-                words = as_words(whole, self._unsafe)
+                words = MeshAttributes.as_words(whole, self.ending)
                 self.taken.update((f"{name} names", f"face property {name}"))
                 return stored[name], [*words, "unnamed"]
         return None
@@ -293,6 +284,8 @@ class CellWriter:
             of_vertices = self.of_vertices
             if of_vertices is None:
                 of_vertices = vertex_labels(self.cells, self.labels, barriers=self.groups)
+        if attributes is not None and self.labels is not None and ending == ".vtp":
+            attributes = attributes.without_region_colors()
         texture = None if attributes is None else attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.
