@@ -104,6 +104,18 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     assert run("levels", sheet, tmp_path / "low.seg", "-n", 2, "--scans", "-o", out)[0] == 2
 
 
+def test_levels_notes_lost_names_and_another_hemisphere(run, sheet, tmp_path):
+    mesh, left, right = read_mesh(sheet), tmp_path / "lh.white.ply", tmp_path / "rh.a.annot"
+    of_vertices = sf.vertex_labels(mesh, segment(mesh, 9))
+    for names in (None, [f"area {i}" for i in range(9)]):
+        sf.write_mesh(right, mesh, of_vertices, classes=names)
+        err = run("levels", sheet, right, "-n", 3, "-o", tmp_path / "b.annot")[2]
+        assert (f"names of regions are not copied from {right}" in err) == (names is not None)
+        assert "hemisphere" not in err
+    err = run("levels", sheet.rename(left), right, "-n", 3, "-o", tmp_path / "b.annot")[2]
+    assert f"note: {right}: another hemisphere than {left}, according to the names" in err
+
+
 @pytest.mark.parametrize("side", [-9, 9])
 def test_levels_of_a_cloud_are_seen_from_the_viewpoint(run, tmp_path, side):
     points = np.random.default_rng(0).random((900, 3)) * 2 - 1
