@@ -96,12 +96,12 @@ class LasFrame(NamedTuple):
     @property
     def facts(self) -> dict[str, str | int]:
         """Facts that `superfacets info` shows."""
-        code: dict[str, str | int] = {"EPSG": self.epsg} if self.epsg else {}
-        return code | {
+        facts: dict[str, str | int] = {
             "LAS_version": f"1.{self.minor}",
             "point_format": self.point_format,
             "reference_system": self.name or "none",
         }
+        return facts | ({"EPSG": self.epsg} if self.epsg else {})
 
     @property
     def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
