@@ -105,7 +105,7 @@ def test_features_may_be_names(tmp_path):
     by_property = sf.hierarchy(path, [20, 4], features="heat")
     expected = sf.hierarchy(cloud, [20, 4], features=cloud.points[:, 0])
     assert np.array_equal(by_property.levels, expected.levels)
-    with pytest.raises(sf.MeshError, match="features heat: the mesh has no property heat"):
+    with pytest.raises(sf.MeshError, match="features heat: the cloud has no property heat"):
         sf.hierarchy(cloud, [20, 4], features="heat")
 
 

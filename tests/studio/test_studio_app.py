@@ -298,8 +298,7 @@ def test_regions_that_face_the_same_way_are_similar_to_a_flat_region(serve, tmp_
     floor = np.flatnonzero(graph.normals[:, 2] < -0.9)
     body = {"region": int(floor[0]), "revision": client.state()["revision"]}
     for tolerance, expected in ((0.05, floor), (0.6, np.flatnonzero(graph.normals[:, 2] < 0.9))):
-        found = client.done("similar", **body, tolerance=tolerance)["regions"]
-        assert found == expected.tolist()
+        assert client.done("similar", **body, tolerance=tolerance)["regions"] == expected.tolist()
     assert len(client.done("similar", **body, tolerance=1)["regions"]) == graph.n_regions
 
 

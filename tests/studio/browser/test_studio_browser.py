@@ -530,8 +530,7 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
         write_mesh(folder / name, sample_mesh(3_000))
     (folder / "aa.ply").write_text("ply")
     (folder / "0.ply").write_text("ply")
-    server = serve(folder, 30)
-    tab = open_tab(server.address)
+    tab = open_tab(serve(folder, 30).address)
     assert tab.locator("#files button").count() == 4
     assert "0.ply" in tab.locator("#error span").text_content()
     tab.locator("input[aria-label^='Name of']").first.fill("head")
@@ -585,8 +584,7 @@ def test_all_kinds_of_cells_are_painted(serve, open_tab, tmp_path):
         np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[2]), atol=0.04)
 
         tab.press("b", "1", "ArrowRight", "Enter")
-        cell = tab.evaluate("studio.cellCursor()")
-        assert (tab.classes() == 1).nonzero()[0].tolist() == [cell]
+        assert (tab.classes() == 1).nonzero()[0].tolist() == [tab.evaluate("studio.cellCursor()")]
         tab.press("Escape", "PageDown")
 
 
