@@ -18,8 +18,7 @@ def check_levels(nested, graph=None):
     for labels, count in zip(nested.levels, nested.counts, strict=True):
         assert labels.dtype == np.int32
         assert np.array_equal(np.unique(labels[labels >= 0]), np.arange(count))
-        first = [np.argmax(labels == region) for region in range(count)]
-        of_first = nested.finest[first]
+        of_first = nested.finest[[np.argmax(labels == region) for region in range(count)]]
         lowest = [nested.finest[labels == region].min() for region in range(count)]
         assert sorted(lowest) == lowest
         assert (of_first >= lowest).all()

@@ -309,8 +309,7 @@ def test_each_group_of_scannet_is_an_object(client, sheet):
     labels, classes, objects = client.labels(), client.classes(), client.objects()
     number = next(entry["id"] for entry in client.state()["classes"] if entry["name"] == "couch")
     for region, place in ((0, 1), (1, 1), (2, 2)):
-        right = (classes == number) & (objects == place)
-        assert right[labels == region].mean() > 0.7
+        assert ((classes == number) & (objects == place))[labels == region].mean() > 0.7
     assert client.state()["classes"][-1]["stuff"]
     assert set(np.unique(classes)) == {0, 2, number, number + 1}
     assert not objects[classes == number + 1].any()
