@@ -208,7 +208,8 @@ def test_blocks_are_run_in_a_row_and_what_they_print_is_compared(tmp_path):
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
-    assert needs <= {"trimesh", "pyvista", "psb", "meshio", "pandas", "distributed", "scipy"}
+    others = {"distributed", "scipy", "shapely", "geopandas", "skimage"}
+    assert needs <= {"trimesh", "pyvista", "psb", "meshio", "pandas", *others}
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
 

@@ -259,8 +259,7 @@ class Balancer:
         rules = self.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([self.targets, found[len(self.targets) :]])
-        is_exact = rules.options.cells is not None
-        return Goals(rules.sizes, goals, rules.options.limits, is_exact)
+        return Goals(rules.sizes, goals, rules.options.limits, rules.options.cells is not None)
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""
@@ -365,8 +364,7 @@ class _Regions:
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
-        is_own = self.labels[cells] == np.arange(len(self.centers))
-        return np.where(is_own, cells, self.centers)
+        return np.where(self.labels[cells] == np.arange(len(self.centers)), cells, self.centers)
 
     def matched(self, are_small: Bools, are_large: Bools) -> Longs:
         """Return pairs (P, 2) of a small and a large region in one component; extremes first."""

@@ -87,8 +87,7 @@ def sliver_share(
     total = _core.sum_of(areas, n_threads)
     if total <= 0.0:
         return 0.0
-    limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
-    area = sliver_area(mesh, areas, longest, *limits, n_threads)
+    area = sliver_area(mesh, areas, longest, MIN_LENGTH * radius, MAX_HEIGHT * radius, n_threads)
     return min(area / total, 1.0)
 
 

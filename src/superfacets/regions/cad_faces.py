@@ -32,10 +32,11 @@ def cad_faces(
 ) -> Ints:
     """Label each flat side of a CAD part, and each other area of similar curvature.
 
-    Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss. A
-    chain of fillets of one radius, straight and around corners, is one area. An `IslandWarning` is
-    given if most faces have no neighbor. Coordinates may be rounded to steps of 1e-6 of the
-    diagonal, or of 1e-4 if all of them have the same decimals or the precision of float32.
+    Borders are edges that bend by at least `angle`, 30 degrees by default, and lines where the
+    curvature changes, as at the foot of a boss. A chain of fillets of one radius, straight and
+    around corners, is one area. An `IslandWarning` is given if most faces have no neighbor.
+    Coordinates may be rounded to steps of 1e-6 of the diagonal, or of 1e-4 if all of them have the
+    same decimals or the precision of float32.
 
     Parameters
     ----------

@@ -23,14 +23,9 @@ from ..regions.submeshes import Submesh, part_of
 
 
 def write_regions(
-    folder: StrPath,
-    mesh: Any,
-    labels: npt.ArrayLike,
-    *,
-    ending: str | None = None,
-    attributes: MeshAttributes | None = None,
-    ascii: bool = False,
-) -> list[Path]:
+    folder: StrPath, mesh: Any, labels: npt.ArrayLike, *, ending: str | None = None,
+    attributes: MeshAttributes | None = None, ascii: bool = False,
+) -> list[Path]:  # fmt: skip
     """Write the cells of each region to a separate file: either all files, or none.
 
     Parameters
@@ -80,8 +75,7 @@ def write_regions(
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):
         raise MeshError("no cell is in a region: all labels are -1")
-    starts = np.flatnonzero(np.diff(cell_labels[order], prepend=-1))
-    members = np.split(order, starts[1:])
+    members = np.split(order, np.flatnonzero(np.diff(cell_labels[order], prepend=-1))[1:])
     values = [int(cell_labels[cells_of[0]]) for cells_of in members]
     n_digits = len(str(values[-1]))
     options = FormatOptions(ascii=ascii)
