@@ -343,6 +343,7 @@ def test_wrong_exports_write_nothing(run, sheet, labeled, tmp_path):
         (("-o", tmp_path / "out"), 2, "say what to export with --export"),
         (("--list", "--export", "objects"), 2, "--list and --export exclude each other"),
         (("--export", "objects", "--work", tmp_path / "no.jsonl"), 1, "there is no work file"),
+        (("--classes", tmp_path / "no.csv"), 1, "no.csv: no such file"),
     ):
         status, out, err = run("studio", sheet, *arguments)
         assert (status, out) == (exit_status, "")
@@ -391,7 +392,7 @@ def test_work_on_another_mesh_is_refused(run, sheet, labeled, tmp_path):
     order = np.random.default_rng(0).permutation(mesh.n_faces)
     other = tmp_path / "other.ply"
     write_mesh(other, Mesh(mesh.vertices, mesh.faces[order]))
-    message = "the work file belongs to sheet.ply, not to other.ply: restore the old file, or use"
+    message = "the work file belongs to sheet.ply, not to other.ply\n"
     for arguments in (
         ("convert", other, work, "-o", tmp_path / "no.npy"),
         ("segment", other, "-n", 5, "--mask", work, "-o", tmp_path / "no.npy"),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.kit import Cells, Floats, Ints, atomic_outputs, counted, kind_of
+from superfacets.kit import Cells, Floats, Ints, atomic_outputs, counted, kind_of, read_content
 from superfacets_show import Up
 
 from ..labels import classes as labeling
@@ -106,7 +106,7 @@ class Document:
         class list that the meshes of a folder share, or None to use the list in the work file.
         Raises the same errors as `open`, and FileNotFoundError if there is no work file.
         """
-        return cls._of(Source.read(path), parsed_work(work, work.read_bytes()), classes)
+        return cls._of(Source.read(path), parsed_work(work, bytes(read_content(work))), classes)
 
     @classmethod
     def _of(
@@ -402,6 +402,7 @@ class Document:
     def compare(self, name: str, data: bytes, work: Path | None = None) -> None:
         """Compare with the content of a work file, and its path if known, as in `read_theirs`."""
         with self.lock:
+            self.theirs = None  # if reading fails, there is nothing to compare with
             self.history.check_names(str(self.journal.path))
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas, work)
 
@@ -571,7 +572,7 @@ def merged_work(
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
     first, (own, other) = mine or theirs, map(names_of, shared)
-    data = first.read_bytes()
+    data = bytes(read_content(first))
     if mine is None and own and (not other or other.items() - own.items()):
         data = data[: data.index(b"\n") + 1]  # the first line, which names mesh and classes
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
@@ -581,9 +582,8 @@ def merged_work(
             with contextlib.closing(Journal.open(copy, {})) as journal:
                 known = shared[0] if journal.is_of_folder and shared[0] else None
                 document = Document._of(Source.read(path), journal, known, first)
-                if journal.is_of_folder:  # its classes are written to the copy, and to no folder
-                    document.share_classes = lambda _: None
-                document.compare(str(theirs), theirs.read_bytes(), theirs)
+                document.share_classes = (lambda _: None) if journal.is_of_folder else None
+                document.compare(str(theirs), bytes(read_content(theirs)), theirs)
                 found, paint = document.agreement(), document.state.paint
                 wanted = paint != document._compared().paint if prefer_theirs else paint == 0
                 document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")

@@ -108,10 +108,8 @@ class Journal:
             reason = f"{source} has changed since the work was begun"
         else:
             reason = f"the work file belongs to {name}, not to {source.name}"
-        raise JournalError(
-            f"{self.path}: {reason}: restore the old file, or use another work file (--work of"
-            " superfacets studio)"
-        )
+        advice = ": restore the old file, or use another work file (--work of superfacets studio)"
+        raise JournalError(f"{self.path}: {reason}{advice if self._file >= 0 else ''}")
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Append a line, and return after it is on disk.

@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import atomic_outputs, parsed_json, shortened
+from superfacets.kit import atomic_outputs, parsed_json, read_content, shortened
 from superfacets_show import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
@@ -259,7 +259,7 @@ def read_classes(path: Path) -> ClassList:
     ValueError if the file contains no list of classes, and OSError if it cannot be read.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = bytes(read_content(path)).decode("utf-8-sig")
         if path.suffix.lower() == ".json":
             listed = _listed(parsed_json(text))
             is_ours = path.name == CLASSES_FILE  # older versions stored equal names

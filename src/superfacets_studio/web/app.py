@@ -6,7 +6,7 @@ import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from importlib.resources import files
 
@@ -17,6 +17,8 @@ from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
+
+from superfacets import RenderError
 
 from ..documents.files import Files
 from ..regions.revisions import Partition
@@ -47,11 +49,13 @@ class Studio:
         return JsonReply({"quits": True})
 
     async def thumbnail(self, request: Request) -> Response:
-        """Reply with a small picture of a file, as PNG."""
+        """Reply with a small picture of a file, as PNG, or with no content if drawing fails."""
 
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
-            return Response(self.thumbnails.png(path, self.files.up), media_type="image/png")
+            with suppress(RenderError):  # browsers would report an error for each file
+                return Response(self.thumbnails.png(path, self.files.up), media_type="image/png")
+            return Response(status_code=204)
 
         return await answered(drawn)
 

@@ -91,13 +91,13 @@ def test_the_table_says_which_objects_only_one_work_has(compare):
 
 def test_a_file_that_is_not_a_work_file_is_named_as_it_is(compared, tmp_path):
     _, tab, _ = compared
-    first, status = shown(tab), tab.status
+    status = tab.status
     (tmp_path / "other.jsonl").write_text("{}")
     tab.locator("#compare").set_input_files(tmp_path / "other.jsonl")
     tab.page.wait_for_selector("#error:not([hidden])")
     tab.settled()
     assert tab.locator("#error span").text_content().startswith("other.jsonl: is not a work file")
-    assert (shown(tab), tab.status) == (first, status)
+    assert (tab.locator("#comparison").is_hidden(), hatched(tab), tab.status) == (True, [], status)
 
 
 def test_the_key_t_takes_labels_and_leaves_the_opacity_of_colors(compared):

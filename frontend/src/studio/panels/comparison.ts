@@ -71,7 +71,7 @@ export class Comparison {
       this.shown.clear();
       const reply = await session.compare([{ name: file.name, data }]);
       this.take(reply);
-      if (reply) await this.next();
+      await (reply ? this.next() : this.refresh()); // if the file was refused, there is nothing to compare with
     } catch (error) {
       session.report(error);
     }
