@@ -27,7 +27,7 @@ from .progress import Progress
 @options(
     output_option(
         "Output file in any format that segment -o writes, a folder (results/), or - for standard"
-        " output; may be given several times."),
+        " output. This option may be given several times."),
     option("--split folder DIR", opts.FOLDER,
            "Instead of -o: write each region to a separate file in this folder, such as"
            " DIR/region_17.ply. Existing files with these names are replaced. DIR must not contain"

@@ -16,7 +16,7 @@ from .failures import QUIET
 
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `least`, or one of some words."""
+    """Type of options whose value is an integer of at least `least`, or one of the `words`."""
 
     name = "count"
 

@@ -191,7 +191,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
     options(
         output_option(
             "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
-            " files of all inputs, or - for standard output; may be given several times."
+            " files of all inputs, or - for standard output. This option may be repeated."
             "  [default: IN.superfacets.FORMAT beside IN, see --to]"),
         to_option(),
         opts.quiet_option(),

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     option("--export exports KIND", None,
            "Write the saved labels of all files that have a work file, and exit: classes,"
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
-           " format, such as objects.npz. May be given several times.", multiple=True),
+           " format, such as objects.npz. This option may be given several times.", multiple=True),
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: folder of each work file]"),
     up_option,
     option("--no-browser", FLAG, "Print the address without opening a browser."),

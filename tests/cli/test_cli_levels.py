@@ -187,7 +187,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
     (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
     (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
-     "features heat: the mesh has no property heat: it has normals"),
+     "features heat: the mesh has no property heat; it has normals"),
     (("-n", "9999", "-o", "out.npz"), 2,
      "error: -n must be at most 1152, the number of faces, got 9999"),
 ])  # fmt: skip

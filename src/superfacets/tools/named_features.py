@@ -148,8 +148,8 @@ class CellData:
             fields = {field for table in self._stored for field in table}
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
-                f"features {name}: {self._whole} has no property {', '.join(wanted)}: it has"
-                f" {', '.join(known)}; or name a file, such as {name}.npy"
+                f"features {name}: {self._whole} has no property {', '.join(wanted)}; it has"
+                f" {', '.join(known)}: name one of these, or a file such as {name}.npy"
             )
         return table
 

@@ -180,7 +180,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         writer.write(file, ending, path)
 
 
-ORDER = "the order of faces (they are sorted by region, so the label files do not fit)"
+ORDER = "the order of faces (they are sorted by region, so label files do not fit this file)"
 """Message for the data that is lost in the formats in `Formats.sorted_outputs`."""
 
 
