@@ -113,7 +113,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     (array([0, 1, 1], dtype=int32), array([0, 0, 1], dtype=int32), array([2., 1., 1.]))
     """
     values = checked_nonnegative_array(
-        areas, np.size(areas), "areas", "face", checked_threads(None)
+        areas, np.asarray(areas).size, "areas", "face", checked_threads(None)
     )
     positive_total(values)
     regions, n_regions = compact_labels(labels, len(values))
