@@ -632,6 +632,9 @@ class TestRegions:
             assert written.comments == ("comment by hand",)
             assert_array_equal(written.vertex["heat"], heat[part.vertices])
             assert_array_equal(written.face["kind"], [kind])
+        lost = "^.obj does not store: vertex property heat; face property kind; comments$"
+        with pytest.warns(UserWarning, match=lost):
+            write_regions(tmp_path / "a", house, [0, 1], ending=".obj", attributes=attributes)
         with pytest.raises(ValueError, match="the face property kind"):
             write_regions(tmp_path, house, [0, 1], attributes=MeshAttributes(face={"kind": [3]}))
 
