@@ -92,14 +92,10 @@ class GroundTruths:
 
 
 def evaluate(
-    mesh: MeshLike,
-    labels: npt.ArrayLike,
-    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
-    *,
-    tolerance: float = DEFAULT_TOLERANCE,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> dict[str, float]:
+    mesh: MeshLike, labels: npt.ArrayLike,
+    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (), *,
+    tolerance: float = DEFAULT_TOLERANCE, weld: float = True, n_threads: int | None = None,
+) -> dict[str, float]:  # fmt: skip
     """Compute all metrics of labels, and return them in a dict keyed by name.
 
     Parameters
@@ -183,10 +179,9 @@ def evaluate(
 
 
 def evaluate_vertices(
-    mesh: MeshLike,
-    vertex_labels: npt.ArrayLike,
+    mesh: MeshLike, vertex_labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Compute metrics of labels of vertices, without conversion to labels of faces.
 
     Parameters
