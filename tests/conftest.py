@@ -16,6 +16,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
+# Threads of BLAS wait in loops, and so take time from other tests. This process has not loaded it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def _find_data() -> Path | None:
     if "SUPERFACETS_DATA" in os.environ:

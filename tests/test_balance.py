@@ -163,8 +163,7 @@ def test_features_polygons_points_and_tets():
     volumes = sf.segment(tets, 12, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(volumes.labels)) < 0.19
     assert n_pieces(tets, volumes.labels) == 12
-    quads = shapes.squares(30)
-    squares = sf.segment(quads, 9, sizes=sf.Sizes(balance=1.0))
+    squares = sf.segment(shapes.squares(30), 9, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(squares.labels)) < 0.13
 
 

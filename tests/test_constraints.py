@@ -244,8 +244,7 @@ def test_islands_join_the_nearest_region_of_their_number():
     sides = np.repeat([0, 1, 2, 2, 0, 3], [4, 4, 4, 1, 1, 1])
     with pytest.warns(sf.IslandWarning, match=r"4 regions instead of 3: 1 part between"):
         result = sf.segment(mesh, 3, barriers=sides, islands="nearest")
-    of_parts = result.labels[[0, 4, 8]]
-    assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()
+    assert result.labels[12:14].tolist() == result.labels[[0, 4, 8]][[2, 0]].tolist()
     assert result.labels[14] == 3
 
 

@@ -7,6 +7,7 @@ import itertools
 import json
 import re
 import shlex
+import shutil
 import warnings
 from importlib import import_module
 from importlib.util import find_spec
@@ -64,23 +65,33 @@ def python_blocks(path):
     return [block for block in read_blocks(path) if block.language == "python"]
 
 
+@pytest.fixture(scope="module")
+def made_files(tmp_path_factory, real_data):
+    """Write the files that pages mention."""
+    folder = tmp_path_factory.mktemp("files")
+    with contextlib.chdir(folder):
+        bear = sf.sample_mesh(5_000)
+        channel = np.full(bear.n_vertices, 9, np.uint8)
+        color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, channel))
+        sf.write_mesh("scan.ply", bear, attributes=color)
+        sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
+        sf.write_mesh("assembly.ply", with_specks(bear))
+        write_stl("part.stl", gallery_meshes.flange())
+        write_obj("quads.obj", gallery_meshes.knot())
+        write_tile("tile.las")
+        textured_meshes.write_facade(folder)
+        if find_spec("meshio"):
+            sf.write_mesh("body.vtu", gallery_meshes.body())
+        if real_data is not None:
+            Path("psb").symlink_to(real_data / "psb")
+    return folder
+
+
 @pytest.fixture
-def files(tmp_path, monkeypatch, real_data):
-    """Write the files that pages mention, in the current folder."""
+def files(made_files, tmp_path, monkeypatch):
+    """Return the current folder, with copies of these files."""
+    shutil.copytree(made_files, tmp_path, symlinks=True, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    bear = sf.sample_mesh(5_000)
-    color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, np.full(bear.n_vertices, 9, np.uint8)))
-    sf.write_mesh("scan.ply", bear, attributes=color)
-    sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
-    sf.write_mesh("assembly.ply", with_specks(bear))
-    write_stl("part.stl", gallery_meshes.flange())
-    write_obj("quads.obj", gallery_meshes.knot())
-    write_tile("tile.las")
-    textured_meshes.write_facade(tmp_path)
-    if find_spec("meshio"):
-        sf.write_mesh("body.vtu", gallery_meshes.body())
-    if real_data is not None:
-        Path("psb").symlink_to(real_data / "psb")
     return tmp_path
 
 
@@ -197,7 +208,8 @@ def test_blocks_are_run_in_a_row_and_what_they_print_is_compared(tmp_path):
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
-    assert needs <= {"trimesh", "pyvista", "psb", "meshio", "pandas", "distributed", "scipy"}
+    others = {"distributed", "scipy", "shapely", "geopandas", "skimage"}
+    assert needs <= {"trimesh", "pyvista", "psb", "meshio", "pandas", *others}
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
 

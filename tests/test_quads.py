@@ -42,8 +42,7 @@ def test_regions_of_the_same_centers_agree(data_dir, name_and_k, weights, least)
     triangles, sources = quads.triangulate()
     options = {"weights": weights, "islands": "nearest"}
     result = sf.segment(quads, k, **options)
-    first_of = np.searchsorted(sources, np.arange(quads.n_faces))
-    seeds = first_of[result.centers]
+    seeds = np.searchsorted(sources, np.arange(quads.n_faces))[result.centers]
     same = sf.segment(triangles, k, init=seeds, max_num_iter=1, **options)
     areas = sf.build_face_graph(triangles).measures
     assert share_that_agrees(result.labels[sources], same.labels, areas) >= least

@@ -85,3 +85,9 @@ def test_what_was_not_tested_is_said_in_one_line_with_the_reasons(tmp_path):
     assert last_lines(SUPERFACETS_DATA=str(tmp_path))[0].startswith(
         f"not tested: 1 test (no models of the benchmark in {tmp_path / 'psb' / 'off'})"
     )
+
+
+def test_slow_tests_exist():
+    for line in (TOOL.parent / "slow-tests.txt").read_text().splitlines():
+        path, name = line.removeprefix("--deselect=").split("::")
+        assert f"def {name}(" in (TOOL.parents[1] / path).read_text(), line

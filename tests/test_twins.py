@@ -13,6 +13,8 @@ from superfacets.clustering.update import update_centers
 from superfacets.graph.size import region_size
 from superfacets.paper import superfacet_weights
 
+BEAR = sample_mesh(3000)
+HEIGHTS = BEAR.vertices[BEAR.faces[:, 0], 2]
 AWKWARD = {
     "strip": lambda: shapes.strip(9),
     "one face": lambda: shapes.strip(1),
@@ -31,7 +33,7 @@ AWKWARD = {
     "soup": lambda: shapes.soup(shapes.cube()),
     "sheet": lambda: shapes.bumpy_sheet(12),
     "flipped faces": lambda: with_flipped_faces(shapes.bumpy_sheet(8)),
-    "sample": lambda: sample_mesh(3000),
+    "part of the sample": lambda: Mesh(BEAR.vertices, BEAR.faces[np.argsort(HEIGHTS)[:1500]]),
 }
 
 
@@ -134,7 +136,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     )
 
 
-@pytest.mark.parametrize("place", [0, 5, 9])
+@pytest.mark.parametrize("place", [0, 9])
 def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, place):
     """Only small models are used, because the reference is slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))

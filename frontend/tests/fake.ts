@@ -73,6 +73,7 @@ export class FakeServer {
     const paint = this.paint[Number(file)];
     if (name === "paint" && "cells" in body) this.take(paint, body);
     if (name === "paint" && !("cells" in body)) return new Response(Uint32Array.from(paint).buffer);
+    if (name === "borders") return new Response(packet({}, { shown: Uint32Array.of(1), sources: Uint32Array.of(0) }));
     if (name === "similar") return Response.json({ regions: [1, 2, 3] });
     return Response.json({ seq: this.seq });
   }
@@ -123,7 +124,7 @@ export function fakeFile(nCells: number): { mesh: Mesh; regions: Regions; paints
 /** A drawing that draws nothing. */
 export function fakeDrawing(canvas?: HTMLCanvasElement): Drawing {
   const cells = { setPaint: vi.fn(), isHidden: () => false };
-  const drawing = { canvas, isCut: () => false, onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn() };
+  const drawing = { canvas, isCut: () => false, onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn(), setParts: vi.fn() };
   return drawing as unknown as Drawing;
 }
 

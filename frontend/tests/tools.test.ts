@@ -19,11 +19,11 @@ function fakeWorkbench(depthOf: (column: number) => number = () => 5): Workbench
   const middleOf = (cell: number): number[] => [cell % SIZE, Math.floor(cell / SIZE), -depthOf(cell % SIZE)];
   const camera = { distance: 5, pixelsOf: () => 5, depths: ([, , z]: number[]) => -z };
   const workbench = {
-    currentPaint: 7, paintCells: painted, sayPainted: saidPainted, say: said, paintActive: vi.fn(),
+    currentPaint: 7, sayPainted: saidPainted, say: said, paintActive: vi.fn(),
     harmAt: (cell: number) => (cell === 9 ? "it would replace" : ""),
     picker: { cellsSeen: () => ({ cells, width: SIZE, height: SIZE, scale: 1 }), cellAt: ({ x, y }: { x: number; y: number }) => Math.floor(x) + SIZE * Math.floor(y) },
     drawing: { onView: [] as (() => void)[], camera, canvas: { clientHeight: SIZE } },
-    session: { mesh: { middleOf, areas: new Float32Array(SIZE * SIZE).fill(0.01), isCloud: false } },
+    session: { mesh: { middleOf, areas: new Float32Array(SIZE * SIZE).fill(0.01), isCloud: false }, paint: painted },
   };
   return workbench as unknown as Workbench;
 }

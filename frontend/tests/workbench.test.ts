@@ -1,7 +1,8 @@
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { afterEach, beforeEach, expect, type Mock, test, vi } from "vitest";
 import { Api } from "../src/studio/session/api";
 import { Saver } from "../src/studio/session/saver";
 import { Session } from "../src/studio/session/session";
+import type { Drawing } from "../src/studio/view/drawing";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";
 import { RegionBrush } from "../src/studio/input/tools";
@@ -36,6 +37,43 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
+/** Let the view come to rest; afterwards, return the numbers of parts that the drawing got, in order. */
+async function rest(nRequests: number): Promise<number[]> {
+  const { afterView, setParts } = vi.mocked(workbench.drawing) as { afterView: (() => void)[]; setParts: Mock<Drawing["setParts"]> };
+  for (const run of afterView) run();
+  await vi.waitFor(() => expect(setParts).toHaveBeenCalledTimes(nRequests));
+  return setParts.mock.calls.map(([{ shown }]) => shown?.length ?? 0);
+}
+
+test("at rest, smooth borders are requested once for the current regions", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  expect(await rest(1)).toEqual([1]);
+  expect(await rest(1)).toEqual([1]);
+  session.regions = fakeFile(server.nCells).regions;
+  expect(await rest(2)).toEqual([1, 1]);
+  expect(server.sent("borders")).toHaveLength(2);
+});
+
+test("whole faces are drawn if the server cannot compute smooth borders", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  server.mode = { status: 410 };
+  expect(await rest(1)).toEqual([0]);
+});
+
+test("smooth borders of a file that is no longer open are dropped", async () => {
+  Object.assign(workbench.drawing, { isEmpty: false });
+  vi.stubGlobal("document", { hidden: false, getElementById: () => ({ textContent: "" }) });
+  server.mode = "wait";
+  for (const run of workbench.drawing.afterView) run();
+  await vi.waitFor(() => expect(server.sent("borders")).toHaveLength(1));
+  open(1);
+  server.answer();
+  expect(await rest(1)).toEqual([1]);
+  expect(server.sent("borders").map(({ path }) => path)).toEqual(["/files/0/borders", "/files/1/borders"]);
+});
+
 /** Press F on region 0 while the server waits; run `meanwhile`, and then let the server answer. */
 async function fill(meanwhile: () => void): Promise<void> {
   workbench.choose(1);
@@ -62,12 +100,12 @@ test("a lock that is set after F was pressed does not change what F paints", asy
 });
 
 test("a class painted after F was pressed stays", async () => {
-  await fill(() => workbench.paintCells(Uint32Array.of(2), paintOf(2, 1)));
+  await fill(() => session.paint(Uint32Array.of(2), paintOf(2, 1)));
   expect([...session.paints.of.slice(0, 4)]).toEqual([ONE, ONE, paintOf(2, 1), 0]);
 });
 
 test.each([
-  ["the region was painted", () => workbench.paintCells(Uint32Array.of(0), paintOf(2, 1))],
+  ["the region was painted", () => session.paint(Uint32Array.of(0), paintOf(2, 1))],
   ["the regions changed", () => (session.regions = fakeFile(server.nCells).regions)],
   ["another file was opened", () => open(1)],
 ])("F paints nothing if %s before the server answered", async (_, meanwhile) => {
@@ -159,24 +197,24 @@ test("everything labeled can be hidden, and everything else blinks", () => {
   Object.assign(workbench.drawing, { blink, changeView: vi.fn() });
   workbench.hideLabeled();
   expect(said.pop()).toContain("No cell has a class");
-  workbench.paintCells(Uint32Array.of(1, 4), ONE);
+  session.paint(Uint32Array.of(1, 4), ONE);
   workbench.hideLabeled();
   expect(unmarkAll).toHaveBeenCalledWith(4);
   expect(mark).toHaveBeenCalledWith(Uint32Array.of(1, 4), 4, true);
-  workbench.paintCells(Uint32Array.of(1, 4), 0);
+  session.paint(Uint32Array.of(1, 4), 0);
   expect(mark).toHaveBeenLastCalledWith(Uint32Array.of(4), 4, false); // what is unlabeled again is shown
-  workbench.paintCells(Uint32Array.of(1, 4), ONE);
+  session.paint(Uint32Array.of(1, 4), ONE);
   workbench.blinkBare();
   expect(blink).toHaveBeenCalledOnce();
   expect(said.pop()).toContain("6 points");
-  workbench.paintCells(Uint32Array.from({ length: 8 }, (_, i) => i), ONE);
+  session.paint(Uint32Array.from({ length: 8 }, (_, i) => i), ONE);
   workbench.blinkBare();
   expect(said.pop()).toContain("Every cell");
   expect(blink).toHaveBeenCalledOnce();
 });
 
 test("a stroke that would replace a label is announced, unless labels are protected", () => {
-  workbench.paintCells(Uint32Array.of(3), paintOf(2, 1));
+  session.paint(Uint32Array.of(3), paintOf(2, 1));
   workbench.choose(1);
   expect(workbench.harmAt(3)).toContain("K protects");
   expect([workbench.harmAt(2), workbench.harmAt(3, paintOf(2, 1)), workbench.harmAt(-1)]).toEqual(["", "", ""]);
@@ -191,7 +229,7 @@ test("the next unlabeled region is the nearest one in view; those chosen before 
   Object.assign(workbench.drawing, { camera: { target: [5, 0, 0] } });
   const chosen = (n: number): number[] => Array.from({ length: n }, () => (workbench.showNextBare(), workbench.cursor));
   expect(chosen(4)).toEqual([6, 7, 2, 1]); // in view
-  workbench.paintCells(Uint32Array.of(4), ONE);
+  session.paint(Uint32Array.of(4), ONE);
   expect(chosen(3)).toEqual([5, 3, 0]);
   expect(chosen(2)).toEqual([6, 7]);
   workbench.cursor = -1;
@@ -213,7 +251,7 @@ test("each press goes to another unlabeled region, also in the next rounds, as l
   chosen.slice(1).forEach((region, i) => expect(region).not.toBe(chosen[i]));
   workbench.cursor = 3; // by N, or by a click
   expect(press()).not.toBe(3);
-  workbench.paintCells(Uint32Array.of(0, 1, 2, 3, 4, 6, 7), ONE);
+  session.paint(Uint32Array.of(0, 1, 2, 3, 4, 6, 7), ONE);
   expect([press(), press()]).toEqual([5, 5]);
 });
 
@@ -254,7 +292,7 @@ test("G frames the chosen region, or all that is shown if this region is hidden;
   expect(fly).toHaveBeenLastCalledWith(Uint32Array.of(0, 1, 4, 5, 6, 7), true);
   Object.assign(workbench.drawing, { changeView: vi.fn() });
   Object.assign(workbench.drawing.cells, { mark: vi.fn() });
-  workbench.paintCells(Uint32Array.of(4, 6), ONE);
+  session.paint(Uint32Array.of(4, 6), ONE);
   workbench.isolatePaint(ONE);
   expect(fly).toHaveBeenLastCalledWith(Uint32Array.of(4, 6), true);
   expect(said.pop()).toContain("Only class 1 #1 is shown");
@@ -311,8 +349,8 @@ test("classes chosen last come first, then classes of labeled cells, and then th
   const others = [3, 4, 5, 6].map((id) => ({ id, name: `class ${id}`, color: "#102030", key: "" }));
   session.state.classes.push(...others);
   for (const id of [6, 2, 6, 1]) workbench.choose(id);
-  workbench.paintCells(Uint32Array.of(0), paintOf(5, 1));
-  workbench.paintCells(Uint32Array.of(1, 2), paintOf(2, 1));
+  session.paint(Uint32Array.of(0), paintOf(5, 1));
+  session.paint(Uint32Array.of(1, 2), paintOf(2, 1));
   expect(workbench.classesByUse.map(({ id }) => id)).toEqual([1, 6, 2, 5, 3, 4]);
 });
 

@@ -72,6 +72,7 @@ def batch_command(
             if "error" in state.record:
                 tried.append(state.record["name"])
                 name, error = state.record["input"], state.record["error"]
+                error = error.removeprefix("MeshError: ")
                 with tqdm.external_write_mode(file=sys.stderr):
                     print_error(error if name in error else f"{name}: {error}")
 

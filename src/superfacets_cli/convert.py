@@ -32,15 +32,9 @@ from .progress import Progress
            "Instead of -o: write each region to a separate file in this folder, such as"
            " DIR/region_017.ply. Existing files with these names are replaced. DIR must not contain"
            " other region files of the same format."),
-    to_option(),
-    opts.labels_named_option,
-    opts.format_option("IN"),
-    opts.ascii_option,
-    opts.label_options,
-    opts.drop_attributes_option("IN"),
-    opts.force_option,
-    opts.quiet_option(),
-    opts.json_option(),
+    to_option(), opts.labels_named_option, opts.format_option("IN"), opts.ascii_option,
+    opts.label_options, opts.drop_attributes_option("IN"), opts.force_option,
+    opts.quiet_option(), opts.json_option(),
 )  # fmt: skip
 def convert_command(mesh: Path, labels: Path | None, folder: Path | None, **given: Any) -> None:
     """Write meshes with their labels in other formats.

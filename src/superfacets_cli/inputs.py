@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshError, face_labels, kit
+from superfacets import MeshError, enforce_connectivity, face_labels, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 
 from .failures import print_line, print_note
@@ -53,13 +54,24 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_noted: bool = True) 
     labels = face_labels(cells, given.labels) if given.are_of_vertices else given.labels
     if not (given.are_of_vertices and is_noted):
         return labels
+    edit = enforce_connectivity(cells, kit.ranked_labels(labels)[0]) if labels.max() >= 0 else None
     n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
-    lost = f"; left out: {kit.counted(n_lost, 'region')} without a face" if n_lost else ""
-    print_note(
-        f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
-        f" the corners), which can split regions{lost}"
-    )
+    n_apart = 0 if edit is None else edit.n_joined + edit.n_islands
+    changes = [f"{kit.counted(n_apart, 'piece')} apart from the rest of a region"] * bool(n_apart)
+    changes += [f"{kit.counted(n_lost, 'region')} left out without a face"] * bool(n_lost)
+    if changes:
+        print_note(
+            f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
+            f" the corners): {' and '.join(changes)}"
+        )
     return labels
+
+
+def note_on_side(source: CellFile, path: str | Path) -> None:
+    """Print a note if the names of two files of brains say different hemispheres."""
+    names = f"{Path(source.name).name}/{Path(path).name}".lower()
+    if len({*re.findall(r"(?:^|[./])([lr])h?\.", names)}) == 2:
+        print_note(f"{path}: another hemisphere than {source.name}, according to the names")
 
 
 def given_labels(
@@ -72,6 +84,7 @@ def given_labels(
     """
     from superfacets_formats import label_names  # slow to import
 
+    note_on_side(source, path)
     if path.suffix.lower() == ".jsonl":
         classes, names = _classes_in_work(source, path, cells.n_cells)
         return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False, names)
@@ -178,6 +191,8 @@ def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> 
     kept, by default with any value except 0. Raises a MeshError if nothing is kept.
     """
     keywords: dict[str, Any] = {}
+    for path in given.get("features", ()):
+        note_on_side(source, path)
     mask, values, name = given["mask"], given["mask_values"], given["labels_named"]
     if mask is not None or values is not None:
         if mask is None:

@@ -43,16 +43,9 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
            " of the finest level follow the feature, too. NAMES are color, normals, height (z),"
            " properties in IN, or files such as lh.sulc, separated by commas.", multiple=True),
-    scans_option,
-    denoise_option,
-    read.constraint_options,
-    opts.drop_attributes_option("IN"),
-    opts.labels_named_option,
-    opts.viewpoint_option,
-    opts.threads_option,
-    opts.format_option("IN", of_stream=True),
-    opts.quiet_option(),
-    opts.json_option(),
+    scans_option, denoise_option, read.constraint_options, opts.drop_attributes_option("IN"),
+    opts.labels_named_option, opts.viewpoint_option, opts.threads_option,
+    opts.format_option("IN", of_stream=True), opts.quiet_option(), opts.json_option(),
 )  # fmt: skip
 def levels_command(
     input: str, counts: tuple[int, ...], labels: Path | None, features: tuple[str, ...],
@@ -82,7 +75,9 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             found = read.ranked_labels_beside(source, labels, cells, given["labels_named"])
             regions, of_vertices = found[0], None if found[2] is found[0] else found[2]
-        constraints = read.constraints_of(given, source, cells)
+            if any(n >= 0 and name != f"region_{n}" for n, name in found[3].items()):
+                print_notes([f"names of regions are not copied from {labels}: levels merge them"])
+        constraints = read.constraints_of(given | {"features": features}, source, cells)
         likely = read.likely_labels(constraints) if regions is None else regions
         OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
         data, mask = CellData(cells, attributes), constraints.get("mask")

@@ -67,8 +67,7 @@ def lift_command(
         file = read_input(str(source), given["format"])
         cells, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         # Regions may get no label, but segments are stored anyway.
-        likely = np.full(cells.n_cells, 0 if has_segments else -1, np.int32)
-        job.outputs.check_fit(cells, likely)
+        job.outputs.check_fit(cells, np.full(cells.n_cells, 0 if has_segments else -1, np.int32))
         of_file = given_labels(file, cells, labels, given["labels_named"])
         regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
@@ -147,8 +146,7 @@ def transfer_command(
         goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         job.outputs.check_fit(goal)
         limits: Any = {"max_distance": max_distance, "n_threads": given["n_threads"]}
-        carried = transfer(cells, known.labels, goal, **limits)
-        return goal, attributes, carried, known.names
+        return goal, attributes, transfer(cells, known.labels, goal, **limits), known.names
 
     goal, attributes, carried, names = run_in_background(compute)
     job.write(goal, carried, attributes, names=names)

@@ -50,14 +50,9 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
             " for standard output; may be given several times."
             f"  [default: {name}.superfacets.FORMAT beside {name}, see --to]"
         ),
-        to_option(),
-        opts.labels_named_option,
-        opts.ascii_option,
-        opts.force_option,
-        opts.threads_option,
-        opts.quiet_option(),
-        opts.json_option(),
-    )
+        to_option(), opts.labels_named_option, opts.ascii_option, opts.force_option,
+        opts.threads_option, opts.quiet_option(), opts.json_option(),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

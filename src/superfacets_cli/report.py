@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import IslandWarning, MeshAttributes, kit
+from superfacets import IslandWarning, MeshAttributes, SliverWarning, kit
 from superfacets.kit import FORMATS, Floats, Ints, Longs, OutputFiles, Written, counted, kind_of
 
 MAX_FILLED = 0.2
@@ -40,13 +40,14 @@ def notes_on_result(
     if is_by_radius and n_own and not is_warned and "barriers" not in result.params:
         added = f"regions were added for {counted(n_own, 'component')} without a seed"
         notes.append(f"{added}; to join them to the nearest region, use --islands nearest")
-    notes += map(str, outcome.warnings)
+    hidden = SliverWarning if (n_requested or 0) > n_kept else ()  # then, faces are no stripes
+    notes += [str(one) for one in outcome.warnings if not isinstance(one, hidden)]
     if outcome.sharp_inside is not None and outcome.sharp_inside.any():
         notes.append(_note_on_sharp_edges(outcome.sharp_inside))
     holds_labels = not {*endings} <= {*FORMATS.cell_outputs}
     if listed is not None and holds_labels and (n := n_made - len(np.unique(listed[listed >= 0]))):
-        lost = counted(n, "region")
-        notes.append(f"{lost} lost in label files: faces of the input are larger than regions")
+        less = f"lack {counted(n, 'region')} smaller than those faces"
+        notes.append(f"label files, which have a label per face of the input, {less}")
     sizes = written.region_sizes
     n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled > MAX_FILLED * len(sizes):

@@ -136,14 +136,12 @@ segment_options = options(
 """Decorator that adds the options that control the segmentation to a command."""
 
 file_options = options(
-    opts.ascii_option,
-    opts.label_options,
+    opts.ascii_option, opts.label_options,
     opts.drop_attributes_option(
         "IN", ": colors, normals, texture coordinates, other properties, comments"
     ),
-    opts.force_option,
-    group="Files",
-)
+    opts.force_option, group="Files",
+)  # fmt: skip
 """Decorator that adds the options for the format of mesh files to a command."""
 
 _NOT_WITH_PAPER = {
@@ -270,6 +268,9 @@ class _Run:
         def load(keep: bool) -> tuple[kit.Cells, Any, dict[str, kit.Array]]:
             source = read.read_input(job.input, self.given["format"])
             cells, attributes = source.cells_and_attributes(keep=keep)
+            if self.given["barrier_angle"] is not None or self.options.subdivide:
+                with kit.named_errors(f"{source.name}: --barrier-angle and --subdivide"):
+                    kit.as_mesh(cells)
             constraints = read.constraints_of(self.given, source, cells)
             job.outputs.check_fit(cells, read.likely_labels(constraints))
             return cells, attributes, constraints

@@ -67,8 +67,7 @@ def _write_gifti(
     for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
         name = escape(names.get(region, f"region_{region}"))
         rows.append(row.format(region + 1, *color, 1, name))
-    packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
-    data = base64.b64encode(packed).decode("ascii")
+    data = base64.b64encode(zlib.compress((labels.astype("<i4") + 1).tobytes())).decode("ascii")
     pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
     found = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
     stored = "".join(pair.format(escape(name)) for name in found[:1])

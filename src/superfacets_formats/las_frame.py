@@ -96,11 +96,12 @@ class LasFrame(NamedTuple):
     @property
     def facts(self) -> dict[str, str | int]:
         """Facts that `superfacets info` shows."""
-        return {
+        facts: dict[str, str | int] = {
             "LAS_version": f"1.{self.minor}",
             "point_format": self.point_format,
             "reference_system": self.name or "none",
         }
+        return facts | ({"EPSG": self.epsg} if self.epsg else {})
 
     @property
     def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
@@ -123,8 +124,17 @@ class LasFrame(NamedTuple):
             text = _text_of(records.get(_TEXTS, b"")[begin : begin + n_bytes])
             if at == _TEXTS and text:
                 return text
+        return f"EPSG:{self.epsg}" if self.epsg else kind
+
+    @property
+    def epsg(self) -> int:
+        """EPSG code of the reference system; 0 if the file has none."""
+        if self.reference_system == "WKT":  # the last entry is of the whole system
+            code = re.search(rb'\["EPSG", ?"?(\d+)"?\]\][\s\0]*$', dict(self.projection)[_WKT])
+            return int(code[1]) if code else 0
+        keys = self._keys
         codes = [keys[key][2] for key in _CODES if key in keys and keys[key][0] == 0]
-        return next((f"EPSG:{code}" for code in codes if 0 < code < _USER_DEFINED), kind)
+        return next((code for code in codes if 0 < code < _USER_DEFINED), 0)
 
     @property
     def is_geographic(self) -> bool:

@@ -98,8 +98,7 @@ def _header_of(data: Content) -> _Header:
             points=n_points, width=n_points, data=form, viewpoint=words.get("VIEWPOINT", _AT_REST),
         )  # fmt: skip
     except ValueError as error:
-        first = cast("Any", error).errors()[0]
-        key = str(first["loc"][0]).upper()
+        key = str(cast("Any", error).errors()[0]["loc"][0]).upper()
         given = shown(" ".join(words.get(key, [])))
         raise MeshError(f"{key} of the header is not valid: {given}") from None
     kinds = [f"{kind.lower()}{size}" for kind, size in zip(shape.type, shape.size, strict=True)]

@@ -111,8 +111,7 @@ def build_tet_graph(
     cells = kit.as_cells(mesh)
     if not isinstance(cells, TetMesh):
         raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
-    threads = kit.checked_threads(n_threads)
-    found, measures = cells.arcs_and_measures(weld, threads)
+    found, measures = cells.arcs_and_measures(weld, kit.checked_threads(n_threads))
     offsets, neighbors, sides, _, counts = found
     positions, volumes, border_areas, step_lengths, open_areas = measures
     arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
@@ -195,16 +194,11 @@ def tet_info(
     edges = mesh.vertices[mesh.tets[:, 1:]] - mesh.vertices[mesh.tets[:, :1]]
     noise = _VOLUME_NOISE * np.linalg.norm(edges, axis=2).max(axis=1) ** 3
     return TetInfo(
-        n_tets=mesh.n_tets,
-        n_vertices=mesh.n_vertices,
-        n_positions=n_positions,
-        n_components=n_components,
-        n_triangles=graph.triangle_counts.triangles,
+        n_tets=mesh.n_tets, n_vertices=mesh.n_vertices, n_positions=n_positions,
+        n_components=n_components, n_triangles=graph.triangle_counts.triangles,
         n_boundary_triangles=graph.triangle_counts.boundary,
         n_nonmanifold_triangles=graph.triangle_counts.non_manifold,
         n_flat_tets=int(np.count_nonzero(graph.measures <= noise)),
-        n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)),
-        volume=volume,
-        bounds=(tuple(low), tuple(high)),
-        diagonal=graph.diagonal,
-    )
+        n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)), volume=volume,
+        bounds=(tuple(low), tuple(high)), diagonal=graph.diagonal,
+    )  # fmt: skip

@@ -55,8 +55,7 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
         f' format="{form}">\n'.encode()
     )
     if ascii:
-        row = " ".join([number_format(values)] * table.shape[1]) + "\n"
-        write_rows(file, row, list(table.T))
+        write_rows(file, " ".join([number_format(values)] * table.shape[1]) + "\n", list(table.T))
     else:
         content = np.ascontiguousarray(table, table.dtype.newbyteorder("=")).tobytes()
         blocks = [zlib.compress(content[i : i + _BLOCK]) for i in range(0, len(content), _BLOCK)]
@@ -96,11 +95,9 @@ def _write_cells(
     """Write VTK XML with data; `kinds` are the type of the file, and the section of the cells."""
     mesh, (kind, section) = content.cells, kinds
     sections: dict[str, Arrays] = {
-        "PointData": content.properties("vertex"),
-        "CellData": _with_labels(content, colors),
-        "Points": {"Points": mesh.vertices},
-        section: cells,
-    }
+        "PointData": content.properties("vertex"), "CellData": _with_labels(content, colors),
+        "Points": {"Points": mesh.vertices}, section: cells,
+    }  # fmt: skip
     counts = {"NumberOfPoints": len(mesh.vertices), f"NumberOf{section}": mesh.n_cells}
     write_vtk_xml(file, kind, counts, sections, ascii=content.ascii)
 

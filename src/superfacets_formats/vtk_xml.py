@@ -19,10 +19,8 @@ from .grids import Grid, as_count, sizes_between
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
-    **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
-    "Float32": "f4",
-    "Float64": "f8",
-}
+    **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)}, "Float32": "f4", "Float64": "f8",
+}  # fmt: skip
 """NumPy type codes, keyed by VTK type names."""
 
 _NONE = np.empty(0, np.uint8)

@@ -13,3 +13,4 @@ from .page.own_colors import color_parts as color_parts
 from .page.shape import shape_of as shape_of
 from .page.texture import texture_parts as texture_parts
 from .rendering import check_rendering as check_rendering
+from .scene import MOST_CUT as MOST_CUT

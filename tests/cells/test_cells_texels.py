@@ -228,8 +228,7 @@ def test_features_without_a_texture_say_why(tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh)
     with pytest.raises(sf.MeshError, match=r"^features texture: the mesh has no texture$"):
         sf.segment(tmp_path / "a.ply", 3, features="texture")
-    text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 1 x\nf 1/1 2/1 3/1\n"
-    (tmp_path / "a.obj").write_text(text)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 1 x\nf 1/1 2/1 3/1\n")
     with pytest.raises(
         sf.MeshError,
         match=r"the mesh has no texture \(texture: line 4: expected a number, got 'x'\)",

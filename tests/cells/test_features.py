@@ -42,6 +42,17 @@ def test_borders_follow_colors_and_ignore_them_at_weight_0():
     assert "feature_weight" not in plain.params
 
 
+@pytest.mark.parametrize("n_vertices", [0, 121])
+def test_features_outside_the_mask_have_no_effect(n_vertices):
+    mesh = plane(10)
+    places = mesh.vertices if n_vertices else mesh.vertices[mesh.faces].mean(axis=1)
+    mask, values = places[:, 0] < 6.2, places[:, 1] % 4
+    labels = segment(mesh, 9, features=values, mask=mask).labels
+    for other in (np.nan, np.inf, 1e9):
+        found = segment(mesh, 9, features=np.where(mask, values, other), mask=mask)
+        assert np.array_equal(found.labels, labels)
+
+
 def test_stored_colors_are_those_of_the_cloud_or_else_of_the_file():
     mesh = plane(1)
     shades = {name: np.full(mesh.n_vertices, 7) for name in ("red", "green", "blue")}
@@ -122,7 +133,7 @@ def test_features_of_vertices_of_polygons():
      r"per vertex \(9\), got 2 rows: use numpy\.column_stack\(features\)"),
     ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
     ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
-    ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
+    ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite .*, got \[nan\]"),
     ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
     ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
     ({"features": ["color", 1]}, TypeError, "features must be either names or numbers, but"),

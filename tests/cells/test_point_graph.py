@@ -264,8 +264,7 @@ def test_normals_of_a_closed_shape_point_out_of_it_wherever_the_viewpoint_is_out
     assert np.all(np.einsum("ij,ij->i", normals[:3000], ball) > 0.99)
     is_below = viewpoint[2] < -5
     assert np.all((normals[3000:, 2] < 0) == is_below)
-    one_each = sf.PointCloud(ball, viewpoints=ball * 0.5)
-    facing = shapes.estimated_normals(one_each)
+    facing = shapes.estimated_normals(sf.PointCloud(ball, viewpoints=ball * 0.5))
     assert np.all(np.einsum("ij,ij->i", facing, ball) < -0.99)
 
 

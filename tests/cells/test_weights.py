@@ -123,8 +123,7 @@ def test_of_faces_as_large_the_one_with_the_lower_index_says_where_up_is(turned,
     mesh = shapes.fold(degrees)
     faces = mesh.faces.copy()
     faces[turned] = faces[turned][::-1]
-    seen_from = degrees if turned == 1 else -degrees
-    expected = weights_of(shapes.fold(seen_from))[0]
+    expected = weights_of(shapes.fold(degrees if turned == 1 else -degrees))[0]
     assert weights_of(sf.Mesh(mesh.vertices, faces)) == pytest.approx([expected] * 2, rel=1e-14)
 
 

@@ -74,8 +74,7 @@ def test_failures_are_lines_and_a_status(run, sheet, out):
     assert status == 1
     assert printed.startswith("0 files done; ")
     assert err.splitlines() == [
-        f"superfacets: error: {sheet}: MeshError: not a PLY file: it does not begin with the word"
-        " ply",
+        f"superfacets: error: {sheet}: not a PLY file: it does not begin with the word ply",
         "superfacets: error: 1 of 1 file failed",
     ]
     status, _, err = run("batch", sheet, "-o", out, "-q")

@@ -80,7 +80,7 @@ def test_what_the_file_does_not_have_is_an_error(folder):
         in output
     )
     output = run("segment", "cloud.ply", "--features", "heat", status=1)
-    assert ": it has color, normals, height, alpha, blue, green, red" in output
+    assert "the cloud has no property heat: it has color, normals, height, alpha, blue" in output
 
 
 def test_scans_of_an_e57_become_one_cloud(folder):

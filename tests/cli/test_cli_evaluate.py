@@ -82,7 +82,7 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
     write_mesh(truth.with_suffix(".ply"), shapes.strip(4), attributes=of_vertices)
     status, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json")
     assert run("evaluate", mesh, labels, "--gt", truth.with_suffix(".ply"), "--json")[1] == printed
-    assert (status, "which can split" in err) == (0, False)
+    assert (status, "converted" in err) == (0, False)
     assert "truth.labels.txt: 0 counts as a class; if it means no class, replace it by -1" in err
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)
@@ -93,8 +93,10 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
 def test_a_note_tells_that_labels_of_vertices_were_converted(run, labeled_strip):
     mesh, labels = labeled_strip / "strip.ply", labeled_strip / "v.segs.json"
     write_labels(labels, [0, 0, 0, 1, 1, 1])
+    assert "converted" not in run("regions", mesh, labels)[2]  # no region is split
+    write_labels(labels, [0, 0, 1, 1, 0, 0])
     status, printed, err = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
     assert (status, "boundary_recall" in printed) == (0, True)
     assert f"superfacets: note: {labels}: labels of vertices were converted to labels of" in err
-    assert "which can split regions" in run("regions", mesh, labels)[2]
-    assert "which can split" not in run("regions", mesh, labels, "-q")[2]
+    assert ": 1 piece apart from the rest of a region" in run("regions", mesh, labels)[2]
+    assert "piece apart" not in run("regions", mesh, labels, "-q")[2]

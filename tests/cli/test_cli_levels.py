@@ -89,8 +89,11 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     np.save(tmp_path / "mask.npy", mask)
     write_labels(tmp_path / "low.seg", low)
     options = ("--mask", tmp_path / "mask.npy", "--barriers", tmp_path / "low.seg")
-    out = tmp_path / "a.npz"
-    assert run("levels", sheet, "-n", "20,6", *options, "--features", "height", "-o", out)[0] == 0
+    out, height = tmp_path / "a.npz", str(tmp_path / "height.npy")
+    np.save(height, np.where(mask, middle[:, 2], np.nan))
+    status, _, err = run("levels", sheet, "-n", 2, "--features", height, "-o", out)
+    assert (status, f"{height}: {np.sum(~mask)} faces without a finite value" in err) == (1, True)
+    assert run("levels", sheet, "-n", "20,6", *options, "--features", height, "-o", out)[0] == 0
     nested = hierarchy(mesh, [20, 6], mask=mask, barriers=low, features=middle[:, 2:])
     with np.load(out) as found:
         assert np.array_equal(found["labels"], nested.levels)
@@ -99,6 +102,18 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     wanted = hierarchy(mesh, [9], **{**SCANS, "denoise": 7}).levels
     assert np.array_equal(np.load(out)["labels"], wanted)
     assert run("levels", sheet, tmp_path / "low.seg", "-n", 2, "--scans", "-o", out)[0] == 2
+
+
+def test_levels_notes_lost_names_and_another_hemisphere(run, sheet, tmp_path):
+    mesh, left, right = read_mesh(sheet), tmp_path / "lh.white.ply", tmp_path / "rh.a.annot"
+    of_vertices = sf.vertex_labels(mesh, segment(mesh, 9))
+    for names in (None, [f"area {i}" for i in range(9)]):
+        sf.write_mesh(right, mesh, of_vertices, classes=names)
+        err = run("levels", sheet, right, "-n", 3, "-o", tmp_path / "b.annot")[2]
+        assert (f"names of regions are not copied from {right}" in err) == (names is not None)
+        assert "hemisphere" not in err
+    err = run("levels", sheet.rename(left), right, "-n", 3, "-o", tmp_path / "b.annot")[2]
+    assert f"note: {right}: another hemisphere than {left}, according to the names" in err
 
 
 @pytest.mark.parametrize("side", [-9, 9])

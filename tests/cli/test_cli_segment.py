@@ -139,8 +139,8 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
     assert n_lost > 0
     assert err == (
         f"superfacets: note: subdivision turned {mesh.n_faces} faces into {parts.mesh.n_faces}\n"
-        f"superfacets: note: {n_lost} regions lost in label files: faces of the input are larger"
-        " than regions\n"
+        "superfacets: note: label files, which have a label per face of the input, lack"
+        f" {n_lost} regions smaller than those faces\n"
     )
     facts = json.loads(out)
     assert facts["sliver_share"] == 0
@@ -397,6 +397,10 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     )
     assert np.array_equal(np.load(output), sf.segment(three[2], 72).labels)
     assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
+    sf.write_mesh(three[0], (block := shapes.drilled_block(256)))
+    for n in (100, block.n_faces + 1):
+        err = run("segment", three[0], "-n", n, "-o", output)[2]
+        assert ("long and thin" in err) == (n == 100)
 
 
 def test_quiet_prints_errors_alone(run, three, terminal):

@@ -15,6 +15,13 @@ import shapes
 
 pytest.importorskip("uvicorn")
 
+from superfacets import Mesh, MeshError, read_labels, read_mesh, segment, write_mesh
+from superfacets_studio.documents.document import Document
+from superfacets_studio.documents.files import Files
+from superfacets_studio.export.write import export_bytes
+from superfacets_studio.labels.classes import checked_class_list, default_classes, write_classes
+from superfacets_studio.web.address import Address, address_file, keep, open_again, open_socket
+
 HOST = ("127.0.0.1", 0)  # any free port
 
 
@@ -74,8 +81,6 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(broken):
-    from superfacets_studio.web.address import open_socket
-
     broken("socket.socket.bind", PermissionError(13, "Permission denied"))
     with pytest.raises(OSError, match=r"^cannot listen on port 80: Permission denied$"):
         open_socket(80)
@@ -125,8 +130,6 @@ def test_servers_have_the_same_ports_again(run, sheet, served, monkeypatch):
 
 
 def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
-    from superfacets_studio.web.address import Address, address_file, keep, open_again
-
     with socket.create_server(HOST) as free:
         kept = Address(free.getsockname()[1], "a-token-of-the-tests")
     for port in (None, kept.port):
@@ -144,8 +147,6 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
 
 
 def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served, monkeypatch):
-    from superfacets_studio.documents.document import Document
-
     document = Document.open(Path(sheet))
     document.paint(np.arange(document.n_cells, dtype=np.uint32), 1)
     document.review(True)
@@ -209,10 +210,6 @@ def test_agree_refuses_a_folder_with_a_file(run, labeled, tmp_path, wrong):
 @pytest.fixture
 def teams(tmp_path, monkeypatch):
     """Make folders of meshes of 128 equal faces, with the work of two people."""
-    from superfacets import write_mesh
-    from superfacets_studio.documents.files import Files
-    from superfacets_studio.labels.classes import default_classes
-
     mine = [("chair", 0, 32), ("table", 32, 64)], [("chair", 0, 1)], [("table", 0, 96)]
     theirs = [("Table", 16, 64), ("Chair", 0, 16)], [], [("Table", 0, 32), ("lamp", 32, 40)]
     for who, works in (("mine", mine), ("theirs", theirs)):
@@ -261,8 +258,6 @@ def test_agree_compares_two_folders_in_one_table(run, teams):
 
 
 def test_agree_keeps_work_that_only_one_person_has(run, teams):
-    from superfacets_studio.documents.document import Document
-
     for first, second, chair in (("mine", "theirs", 1), ("theirs", "mine", 2)):
         status, _, err = run("agree", "mine", first, second, "-o", first + "s", "--prefer=theirs")
         assert (status, err.endswith("has no work file of b.ply: copied from mine\n")) == (0, True)
@@ -282,8 +277,6 @@ def test_agree_keeps_work_that_only_one_person_has(run, teams):
 @pytest.fixture
 def labeled(sheet):
     """The file with 20 regions, of which one is chair 1; a studio still has it open."""
-    from superfacets_studio.documents.document import Document
-
     document = Document.open(Path(sheet), n_segments=20)
     document.set_classes([{"id": 3, "name": "chair", "color": "#0a0b0c"}])
     document.paint(document.revision.cells_of(4), 3, objects=1)
@@ -292,8 +285,6 @@ def labeled(sheet):
 
 
 def test_exports_are_written_while_a_studio_has_the_work_open(run, labeled, tmp_path):
-    from superfacets_studio.export.write import export_bytes
-
     work = labeled.journal.path.read_bytes()
     status, out, err = run(
         "studio", labeled.path, "-o", tmp_path / "out" / "deep",
@@ -314,10 +305,6 @@ def test_exports_are_written_while_a_studio_has_the_work_open(run, labeled, tmp_
 
 
 def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
-    from superfacets import write_mesh
-    from superfacets_studio.documents.document import Document
-    from superfacets_studio.labels.classes import checked_class_list, write_classes
-
     scans, out = tmp_path / "scans", tmp_path / "out"
     (scans / "b").mkdir(parents=True)
     for name in ("a.ply", "b/a.ply", "c.ply", "new.ply", "twin.ply", "twin.off"):
@@ -400,8 +387,6 @@ def test_labels_of_a_command_may_be_a_work_file(run, sheet, labeled, classes, tm
 
 
 def test_work_on_another_mesh_is_refused(run, sheet, labeled, tmp_path):
-    from superfacets import Mesh, read_mesh, write_mesh
-
     work, mesh = labeled.journal.path, read_mesh(sheet)
     order = np.random.default_rng(0).permutation(mesh.n_faces)
     other = tmp_path / "other.ply"
@@ -433,8 +418,6 @@ def test_work_that_was_lost_is_noted(run, sheet, labeled, tmp_path):
 
 @pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 def test_masks_and_barriers_may_be_work_files(run, sheet, labeled, classes, tmp_path):
-    from superfacets import read_mesh, segment
-
     work, given, mesh = labeled.journal.path, np.load(classes), read_mesh(sheet)
     for options, expected in (
         (("--mask", work), {"mask": given > 0}),
@@ -447,8 +430,6 @@ def test_masks_and_barriers_may_be_work_files(run, sheet, labeled, classes, tmp_
 
 
 def test_read_labels_says_how_to_read_a_work_file(labeled):
-    from superfacets import MeshError, read_labels
-
     with pytest.raises(
         MeshError,
         match=r"sheet\.ply\.studio\.jsonl: work files of the studio cannot be read without their"

@@ -220,6 +220,9 @@ def test_names_of_the_labels_win(tmp_path):
     assert found.face["red"].dtype == np.uint8
     assert_array_equal(found.face["kept"], [5, 6])
     assert "label" not in found.vertex  # they belong to old regions
+    with pytest.warns(UserWarning, match="^in .vtp, new values replace face property label$"):
+        write_mesh(tmp_path / "a.vtp", mesh, [2, 0], attributes=found)  # no old colors
+    assert read_attributes(tmp_path / "a.vtp").face.keys() == {"kept", "label", "colors"}
     write_mesh(path, mesh, attributes=MeshAttributes(face={"label": [8, 8]}))
     assert_array_equal(superfacets.read_labels(path), [8, 8])  # from another program, so it is kept
     write_mesh(path, mesh, [1, 0], attributes=MeshAttributes({"label": [1, 2, 3, 4, 5]}))
@@ -251,8 +254,7 @@ def test_names_and_types_are_kept_where_the_format_can_and_otherwise_the_change_
     with pytest.warns(UserWarning, match=re.escape(lost)):
         write_mesh(path, mesh, attributes=attributes)
     found = read_attributes(path).face
-    kinds = {name: values.dtype.str[1:] for name, values in found.items()}
-    assert kinds == {
+    assert {name: values.dtype.str[1:] for name, values in found.items()} == {
         "m_(S/m)": "f8", "flag": "u1", "id": "f8", "many": "u4", "small": "i4", "half": "f4",
         "big": "f8", "two_words": "i4",
     }  # fmt: skip
@@ -342,8 +344,7 @@ def test_trimesh_reads_what_was_carried_over(rich, tmp_path):
     read = read_attributes(rich)
     write_mesh(path, read_mesh(rich), attributes=read)
     textured = trimesh.load_mesh(path, process=False)
-    corners = textured.visual.uv[textured.faces.ravel()]
-    assert_array_equal(corners, FACE["uv"].reshape(-1, 2))
+    assert_array_equal(textured.visual.uv[textured.faces.ravel()], FACE["uv"].reshape(-1, 2))
     vertex = {name: values for name, values in read.vertex.items() if name not in "st"}
     face = {name: values for name, values in read.face.items() if name != "texcoord"}
     write_mesh(path, read_mesh(rich), attributes=MeshAttributes(vertex, face))

@@ -218,8 +218,7 @@ def test_damaged_json_is_refused(text, words, tmp_path):
 
 def test_wrong_poses_and_names_are_refused(tmp_path):
     path = tmp_path / "transforms.json"
-    scaled = sf.PinholeCamera(np.eye(4), (50, 50, 32, 24), (64, 48), "c.png")
-    write_json(path, [*CAMERAS, scaled])
+    write_json(path, [*CAMERAS, sf.PinholeCamera(np.eye(4), (50, 50, 32, 24), (64, 48), "c.png")])
     document = json.loads(path.read_text())
     document["frames"][2]["transform_matrix"][0][0] = 3
     path.write_text(json.dumps(document))

@@ -200,8 +200,7 @@ def test_chunks_of_any_size_are_read(laspy):
 
 def las_description(content):
     at = content.index(b"laszip encoded") - 2
-    size = int.from_bytes(content[at + 20 : at + 22], "little")
-    return bytes(content[at + 54 : at + 54 + size])
+    return bytes(content[at + 54 : at + 54 + int.from_bytes(content[at + 20 : at + 22], "little")])
 
 
 def test_a_table_of_chunks_at_the_end_is_found(laspy):
@@ -389,8 +388,7 @@ def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path,
 ])  # fmt: skip
 def test_the_format_of_the_reference_system_is_known(numbers, is_wkt, expected):
     records = tuple((number, b"") for number in numbers)
-    frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt)
-    assert frame.reference_system == expected
+    assert LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt).reference_system == expected
 
 
 def test_a_text_with_an_odd_name_of_a_column_is_read(tmp_path):
@@ -479,8 +477,8 @@ KEYS = struct.pack("<12H", 1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326)
 
 
 @pytest.mark.parametrize(("records", "is_wkt", "name", "is_geographic"), [
-    ({2112: b'PROJCS["UTM 32",GEOGCS["WGS 84"]]'}, True, "UTM 32", False),
-    ({2112: b'GEOGCS["WGS 84",DATUM["x"]]\0'}, True, "WGS 84", True),
+    ({2112: b'PROJCS["UTM 32",GEOGCS["WGS 84"],ID["EPSG",4326]]'}, True, "UTM 32", False),
+    ({2112: b'GEOGCS["WGS 84",DATUM["x"],AUTHORITY["EPSG","4326"]]\0'}, True, "WGS 84", True),
     ({2112: b'COMPD_CS["a + b",GEOGCS["a"],VERT_CS["b"]]'}, True, "a + b", True),
     ({2112: b'COMPD_CS["a + b",PROJCS["a",GEOGCS["c"]],VERT_CS["b"]]'}, True, "a + b", False),
     ({2112: b'GEOGCRS["ETRS89"]'}, True, "ETRS89", True),
@@ -493,6 +491,10 @@ def test_the_reference_system_is_named_and_degrees_are_found(
 ):
     frame = LasFrame(4, 6, (1e-7,) * 3, (0.0,) * 3, tuple(records.items()), is_wkt)
     assert frame.facts["reference_system"] == (name or "none")
+    keys = records.get(34735)
+    is_4326 = keys or b"4326" in records.get(2112, b"")
+    code = 32632 if keys == GEO_KEYS else 4326 if is_4326 else None
+    assert frame.facts.get("EPSG") == code
     write_mesh(tmp_path / "a.las", PointCloud(POINTS), attributes=MeshAttributes(header=frame))
     with warnings.catch_warnings(record=True) as noted:
         warnings.simplefilter("always")
@@ -542,8 +544,7 @@ def test_compressed_splats_are_unpacked(tmp_path):
     found = {name: values.tolist() for name, values in attributes.vertex.items()}
     assert cloud.points.tolist() == [[0, -1, 5], [2, 1, 6]]
     assert cloud.colors == pytest.approx(np.array([[0, 1, 0], [1, 1, 1]]), abs=1e-6)
-    scales = [found[f"scale_{axis}"] for axis in range(3)]
-    assert scales == [[-8, 0], [-4, 0], [-2, 0]]
+    assert [found[f"scale_{axis}"] for axis in range(3)] == [[-8, 0], [-4, 0], [-2, 0]]
     assert np.transpose([found[f"rot_{i}"] for i in range(4)]) == pytest.approx(
         np.array([[1, 0, 0, 0], [0, 0, 0, 1]]), abs=1e-3
     )
@@ -652,7 +653,8 @@ def test_arrays_that_are_no_points_are_refused(tmp_path, array, message):
 @pytest.mark.parametrize(("name", "message"), [
     ("a.tif", "a raster file is not a mesh"), ("a.ASC", "a raster file is not a mesh"),
     ("a.gpkg", "a vector file is not a mesh"), ("a.curv", "it has values for --features"),
-    ("a.las", "the file contains points, use read_cloud"),
+    ("a.las", "the file contains points, use read_cloud"), ("a.nii.gz", "a.nii.gz: voxels are not"),
+    ("a.city.json", "run cjio IN export obj OUT.obj"), ("lh.curv", "give their mesh first"),
 ])  # fmt: skip
 def test_files_that_are_no_mesh_say_what_to_do(tmp_path, name, message):
     with pytest.raises(MeshError, match=message):

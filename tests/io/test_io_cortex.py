@@ -122,8 +122,7 @@ def test_labels_of_vertices_and_their_names_come_back(tmp_path, name):
 @pytest.mark.parametrize("name", ["a.annot", "a.label.gii"])
 def test_vertices_of_faces_in_no_region_have_no_label(tmp_path, name):
     vertices = np.concatenate([MESH.vertices, [[2, 2, 2]]])
-    labels = np.where(LABELS < 9, -1, LABELS)
-    write_mesh(tmp_path / name, (vertices, MESH.faces), labels)
+    write_mesh(tmp_path / name, (vertices, MESH.faces), np.where(LABELS < 9, -1, LABELS))
     found = read_labels(tmp_path / name, 9)
     assert found[8] == -1
     assert set(found[:8].tolist()) <= {-1, 9, 12, 15}

@@ -66,12 +66,10 @@ def test_scans_are_joined_in_their_poses(write):
 
 def test_poses_are_viewpoints(write):
     placed = {"rotation": QUARTER_TURN, "translation": np.array([10.0, 0, 0])}
-    one = read_cloud(write((scan(), placed)))
-    assert one.viewpoints.tolist() == [10, 0, 0]
+    assert read_cloud(write((scan(), placed))).viewpoints.tolist() == [10, 0, 0]
     two = read_cloud(write((scan(), placed), (scan(), {"translation": np.array([0, 0, 5.0])})))
     assert two.viewpoints.tolist() == [[10, 0, 0]] * 4 + [[0, 0, 5]] * 4
-    turned = read_cloud(write((scan(), {"rotation": QUARTER_TURN})))
-    assert turned.viewpoints.tolist() == [0, 0, 0]
+    assert read_cloud(write((scan(), {"rotation": QUARTER_TURN}))).viewpoints.tolist() == [0, 0, 0]
     assert read_cloud(write((scan(), {}), (scan(), {}))).viewpoints is None  # nothing is moved
 
 
@@ -116,8 +114,7 @@ def test_a_scan_without_a_field_has_missing_values_there(write):
     path = write((scan(colors=COLORS, intensity=rates), {}), (scan(), {}))
     cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
     assert cloud.colors == pytest.approx(np.concatenate([COLORS / 255, np.zeros((4, 3))]))
-    found = attributes.vertex["intensity"]
-    assert np.array_equal(found, [*rates, *[np.nan] * 4], equal_nan=True)
+    assert np.array_equal(attributes.vertex["intensity"], [*rates, *[np.nan] * 4], equal_nan=True)
     missing = ("intensity", "red", "green", "blue")
     assert attributes.left_out == tuple(
         f"{name} of 4 points, of scans that have none" for name in missing
@@ -126,8 +123,7 @@ def test_a_scan_without_a_field_has_missing_values_there(write):
 
 def test_labels_alone_have_one_row_per_record_of_all_scans(write, tmp_path):
     state = np.array([0, 2, 0, 1], np.int8)
-    path = write((scan(cartesianInvalidState=state), {}), (scan(POINTS + 9), {}))
-    file = CellFile.read(path)
+    file = CellFile.read(write((scan(cartesianInvalidState=state), {}), (scan(POINTS + 9), {})))
     cloud, attributes = file.cells_and_attributes()
     assert attributes.records.tolist() == [True, False, True, False, *[True] * 4]
     OutputFiles([tmp_path / "a.npy"]).write(cloud, np.arange(6), attributes=attributes)
@@ -331,8 +327,7 @@ def test_no_file_is_left_by_a_killed_process(write, tmp_path, monkeypatch, tempo
 
 
 def test_messages_of_the_library_are_short(write, tmp_path):
-    content = write((scan(), {})).read_bytes()
-    (tmp_path / "b.e57").write_bytes(content + bytes(1024))
+    (tmp_path / "b.e57").write_bytes(write((scan(), {})).read_bytes() + bytes(1024))
     with pytest.raises(MeshError) as caught:
         read_cloud(tmp_path / "b.e57")
     assert len(str(caught.value)) < len(str(tmp_path)) + 300

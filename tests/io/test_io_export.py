@@ -160,8 +160,7 @@ class TestSstk:
         assert sstk_hierarchy(document) == [[7, -1]]
 
     def test_levels_go_from_fine_to_coarse(self, tmp_path):
-        levels = [[0, 1, 2, 3], [0, 0, 1, 1], [5, 5, 5, 5]]
-        write_labels(tmp_path / "a.sstk.json", levels)
+        write_labels(tmp_path / "a.sstk.json", [[0, 1, 2, 3], [0, 0, 1, 1], [5, 5, 5, 5]])
         document = json.loads((tmp_path / "a.sstk.json").read_text())
         assert document["elementCount"] == 4
         assert {part["elementType"] for part in document["segmentation"]} == {"triangles"}
@@ -246,11 +245,11 @@ class TestPyTorchGeometric:
             assert_array_equal(file["vertex_super_index"], nodes)
             assert_array_equal(file["x"], data["x"])
         assert np.append(data["region"], -1)[nodes].tolist() == ids.tolist()
-        lone = Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces)
-        write_mesh(tmp_path / "a.npz", lone, labels)
+        write_mesh(tmp_path / "a.npz", Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces), labels)
         with np.load(tmp_path / "a.npz") as file:
             assert file["vertex_super_index"].tolist() == [*nodes.tolist(), -1]
         files = OutputFiles([tmp_path / name for name in ("a.npz", SEGMENTS, "a.bin")])
+        lone = Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces)
         (note,) = files.write(lone, np.arange(288) // 24 * 5).notes()
         assert note == NEW_ID[1:-1].format(".npz and .segs.json and .bin")
         with np.load(tmp_path / "a.npz") as file:  # nodes are the same as in files of ids
@@ -341,6 +340,10 @@ class TestObj:
         write_mesh(tmp_path / "d.obj", mesh, [0, 1, 2], classes=["wall", "lid", "wall"])
         groups = (tmp_path / "d.obj").read_text().splitlines()[5:]
         assert groups == ["g wall", "f 1 2 3", "f 1 2 5", "g lid", "f 4 3 5"]
+        for name, third in (("e.obj", "a#b"), ("e.stl", "a  b")):
+            write_mesh(tmp_path / name, mesh, [0, 1, 2], classes=["a b", "a_b", third])
+            (words,) = read_attributes(tmp_path / name).names.values()
+            assert words == ("a_b_2", "a_b", "a_b_3")  # names that differ stay different
         write_mesh(tmp_path / "b.obj", house)
         assert (tmp_path / "b.obj").read_text().splitlines()[5:] == ["f 1 2 3 4", "f 4 3 5"]
         assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
@@ -412,8 +415,7 @@ class TestGlb:
         assert table["count"] == 6
         assert_array_equal(numbers(views["label"], "<i4"), [0, 10, 20, 30, 40, 50])
         assert_allclose(numbers(views["area"], "<f4"), 1)
-        normals = numbers(views["normal"], "<f4", 3)
-        assert_array_equal(normals[:2], [[0, 0, -1], [0, 0, 1]])
+        assert_array_equal(numbers(views["normal"], "<f4", 3)[:2], [[0, 0, -1], [0, 0, 1]])
         values = metadata["schema"]["enums"]["region_class"]["values"]
         names = {value["value"]: value["name"] for value in values}
         assert [names[number] for number in numbers(views["class"], "<u4").tolist()] == classes
@@ -488,7 +490,8 @@ class TestNamesAndVertices:
         [
             ("a.ply", {"label_name": "Label"}, ValueError,
              r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk"),
-            ("a.msh", {}, MeshError, r"got \.msh \(meshio writes it\)"),
+            ("a.msh", {}, MeshError, r"a\.msh: meshio writes \.msh; expected"),
+            ("a.shp", {}, MeshError, r"a\.shp: geopandas writes \.shp; "),
             ("a.json", {}, MeshError, r"ending .segs.json, .sstk.json, .aggregation.json, got"),
             ("a.vtp", {"label_name": ""}, ValueError,
              "label_name must be one line of printable text, got ''"),

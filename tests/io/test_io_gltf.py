@@ -296,8 +296,7 @@ def test_addresses_that_name_no_file_anywhere_are_refused(tmp_path, address):
 
 def check_refused(folder, address, message):
     path = folder / "a.gltf"
-    document = gltf_document(buffers=[{"byteLength": 72, "uri": address}])
-    path.write_text(json.dumps(document))
+    path.write_text(json.dumps(gltf_document(buffers=[{"byteLength": 72, "uri": address}])))
     with pytest.raises(MeshError, match=message) as caught:
         read_mesh(path)
     assert len(str(caught.value)) < 400
@@ -402,8 +401,7 @@ def test_the_header_of_the_second_chunk_may_not_be_cut(refuse):
 
 def test_a_glb_without_a_second_chunk(read, tmp_path):
     (tmp_path / "b.bin").write_bytes(gltf_buffer())
-    document = gltf_document(buffers=[{"byteLength": 72, "uri": "b.bin"}])
-    whole = glb(document)
+    whole = glb(gltf_document(buffers=[{"byteLength": 72, "uri": "b.bin"}]))
     end = whole.index(b"BIN\0") - 4
     assert read("a.glb", whole[:8] + struct.pack("<I", end) + whole[12:end]).n_faces == 2
 

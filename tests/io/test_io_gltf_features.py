@@ -20,8 +20,7 @@ class Document:
         self.buffer, self.views, self.accessors = b"", [], []
 
     def view(self, array):
-        place = {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": array.nbytes}
-        self.views.append(place)
+        self.views.append({"buffer": 0, "byteOffset": len(self.buffer), "byteLength": array.nbytes})
         self.buffer += array.tobytes() + bytes(-array.nbytes % 4)
         return len(self.views) - 1
 
@@ -108,8 +107,7 @@ def test_morph_weights_move_vertices(document, path, owner):
 ])  # fmt: skip
 def test_strips_and_fans_are_triangles(document, path, mode, order, faces):
     primitive = {**document.square(), "mode": mode, "indices": document.add(np.array(order, "<u2"))}
-    found = read_mesh(document.write(path, primitive))
-    assert_array_equal(found.faces, faces)
+    assert_array_equal(read_mesh(document.write(path, primitive)).faces, faces)
 
 
 @pytest.mark.parametrize("has_base", [True, False])

@@ -33,8 +33,7 @@ def ply_with_labels(form="ascii", kind="int", labels=(3, 0)) -> bytes:
     header = ply_header(form, faces=faces).encode()
     if form == "ascii":
         rows = "".join(f"4 0 1 2 3 {label} 0.5\n" for label in labels)
-        points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n"
-        return header + (points + rows).encode()
+        return header + ("0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n" + rows).encode()
     order = ORDERS[form]
     code = {"int": "i4", "uchar": "u1", "short": "i2", "uint32": "u4", "double": "f8"}[kind]
     row = np.dtype(

@@ -34,7 +34,7 @@ def test_texture_seams_and_normals_do_not_split_vertices(read):
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3], [0, 1, 3]]
 
 
-def test_groups_objects_and_materials_are_one_mesh_in_file_order(read):
+def test_groups_objects_and_materials_are_one_mesh_in_file_order(read, tmp_path):
     data = (
         f"mtllib no.mtl\no a\n{SQUARE}usemtl x\nf 1 2 3\no b\nv 5 5 5\nf 1 2 5\ng c\nusemtl x\n"
         "s off\nf 3 4 5\no a\nf 1 2 4\nl 1 2\np 1\n"
@@ -42,6 +42,7 @@ def test_groups_objects_and_materials_are_one_mesh_in_file_order(read):
     mesh = read("a.obj", data.encode())
     assert mesh.n_vertices == 5
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 4], [2, 3, 4], [0, 1, 3]]
+    assert read_attributes(tmp_path / "a.obj").fates["texture"] == ("materials",)  # no texture
 
 
 def test_negative_indices_count_back_from_the_vertices_so_far(read):
@@ -62,8 +63,7 @@ def test_numbers_after_some_positions_are_left_out(read, tmp_path):
 
 def test_comments_indents_tabs_and_continued_lines(read):
     data = f"# a\n\n  {SQUARE}\tf\t1 2 \\\n 3 # and why\nf 1 \\\r\n3 4 \t\n#f 1 2 4\n"
-    mesh = read("a.obj", data.encode())
-    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert read("a.obj", data.encode()).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
 def test_a_comment_does_not_go_on_in_the_next_line(read):

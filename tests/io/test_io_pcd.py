@@ -197,8 +197,7 @@ def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("number", [np.inf, np.nan, 1e300])
 def test_colors_that_are_no_packed_integers_give_no_warning(cloud_of, number):
-    colors = np.array([number, 1, 2, 3])
-    cloud, _ = cloud_of(text([*XYZ, ("rgb", "F4", 1)], [*POINTS.T, colors]))
+    cloud, _ = cloud_of(text([*XYZ, ("rgb", "F4", 1)], [*POINTS.T, np.array([number, 1, 2, 3])]))
     assert np.array_equal(cloud.points, POINTS)
 
 

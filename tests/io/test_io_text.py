@@ -107,8 +107,7 @@ def test_decimals_are_rounded_as_python_rounds_them(token):
 
 
 def test_any_double_comes_back():
-    bits = np.random.default_rng(5).integers(0, 2**64, 20_000, dtype=np.uint64)
-    doubles = bits.view(np.float64)
+    doubles = np.random.default_rng(5).integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)
     for form in ("%.17g", "%r", "%.20e"):
         text = "\n".join(form % value for value in doubles.tolist()).encode()
         np.testing.assert_array_equal(Lines.of(text).parse(np.float64), doubles)

@@ -370,8 +370,7 @@ def test_obj_elsewhere_has_copies_of_materials_and_images(square, tmp_path):
     shutil.rmtree(square.parent)
     names = {found.name for found in path.parent.iterdir()}
     assert names == {"b.obj", "b.mtl", "b_wall_of_brick.png", "b_bump.png", "b_door.png"}
-    text = path.with_name("b.mtl").read_text().splitlines()
-    assert text == [
+    assert path.with_name("b.mtl").read_text().splitlines() == [
         "newmtl wall", "Kd 0.5 0.5 0.5", "map_Kd -s 1 1 1 b_wall_of_brick.png",
         "map_Bump b_bump.png", "newmtl door # 2", "map_Kd -clamp on b_door.png", "Ns 7",
     ]  # fmt: skip

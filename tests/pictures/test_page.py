@@ -36,8 +36,7 @@ def contents(page):
 def drawn_corners(mesh, facts, arrays):
     """Return positions of the corners of triangles, (T, 3, 3), in the unit of the mesh."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    points = low + (high - low) * arrays["positions"] / 65535
-    return points[arrays["triangles"]]
+    return (low + (high - low) * arrays["positions"] / 65535)[arrays["triangles"]]
 
 
 @pytest.fixture(scope="module")

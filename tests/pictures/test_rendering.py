@@ -350,8 +350,7 @@ def test_outlines_keep_their_width_where_the_surface_is_tilted(gl):
     for azimuth in (50, 70):
         view = View(azimuth=azimuth, elevation=0, up="y")
         picture = plot(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=8).image
-        widths = dark(picture)[20:100].sum(axis=1)
-        assert widths.min() >= 7
+        assert dark(picture)[20:100].sum(axis=1).min() >= 7
 
 
 def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):

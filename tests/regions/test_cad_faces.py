@@ -130,4 +130,5 @@ def test_remeshed_parts_have_about_one_region_per_face(data_dir):
         ratios.append((labels.max() + 1) / len(np.unique(truth)))
         errors.append(sf.metrics.undersegmentation_error(part, labels, truth))
     assert 0.9 < np.median(ratios) < 1.1
+    assert ratios.count(1.0) >= 6
     assert np.mean(errors) < 0.3

@@ -18,8 +18,7 @@ def check_levels(nested, graph=None):
     for labels, count in zip(nested.levels, nested.counts, strict=True):
         assert labels.dtype == np.int32
         assert np.array_equal(np.unique(labels[labels >= 0]), np.arange(count))
-        first = [np.argmax(labels == region) for region in range(count)]
-        of_first = nested.finest[first]
+        of_first = nested.finest[[np.argmax(labels == region) for region in range(count)]]
         lowest = [nested.finest[labels == region].min() for region in range(count)]
         assert sorted(lowest) == lowest
         assert (of_first >= lowest).all()
@@ -105,7 +104,7 @@ def test_features_may_be_names(tmp_path):
     by_property = sf.hierarchy(path, [20, 4], features="heat")
     expected = sf.hierarchy(cloud, [20, 4], features=cloud.points[:, 0])
     assert np.array_equal(by_property.levels, expected.levels)
-    with pytest.raises(sf.MeshError, match="features heat: the mesh has no property heat"):
+    with pytest.raises(sf.MeshError, match="features heat: the cloud has no property heat"):
         sf.hierarchy(cloud, [20, 4], features="heat")
 
 

@@ -138,8 +138,7 @@ def test_ids_of_each_image_become_objects_that_are_seen_together():
     rng = np.random.default_rng(0)
     masks = []
     for mask in masks_of(mesh, truth, cameras):
-        names = np.concatenate([[0], rng.permutation(90)[:2] + 1])
-        masks.append(names[mask])
+        masks.append(np.concatenate([[0], rng.permutation(90)[:2] + 1])[mask])
     result = sf.lift(mesh, sides, masks, cameras)
     # Objects are numbered in the order of their lowest regions.
     assert_array_equal(result.labels, truth)

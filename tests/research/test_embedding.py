@@ -21,8 +21,7 @@ def test_the_embedding_separates_two_balls():
     x = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
     left, right = embedding[x < -0.3, 0], embedding[x > 0.3, 0]
     assert np.sign(left.mean()) != np.sign(right.mean())
-    spread = max(left.std(), right.std())
-    assert abs(left.mean() - right.mean()) > 6 * spread
+    assert abs(left.mean() - right.mean()) > 6 * max(left.std(), right.std())
 
 
 def test_the_embedding_depends_on_no_thread():

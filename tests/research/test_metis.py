@@ -138,8 +138,7 @@ def test_weights_can_be_given_and_both_ways_count():
     graph = build_face_graph(mesh)
     x, y = graph.positions[:, 0] - graph.positions[:, 2], graph.positions[:, 1]
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
-    crosses = (y[sources] < 3) != (y[graph.neighbors] < 3)
-    weights = np.where(crosses, 50.0, 1.0)
+    weights = np.where(((y[sources] < 3) != (y[graph.neighbors] < 3)), 50.0, 1.0)
     labels = metis_partition(mesh, 2, weights=weights).labels
     assert set(labels[y < 3]).isdisjoint(labels[y > 3])
     one_way = np.where(x[sources] + y[sources] < x[graph.neighbors] + y[graph.neighbors], 1.5, 0.5)
@@ -179,7 +178,6 @@ def test_without_pymetis_the_extra_is_named(monkeypatch):
 def test_edges_whose_lengths_underflow_cost_nothing_without_a_warning():
     tiny = 1e-170
     vertices = [[0, 0, 0], [tiny, 0, 0], [0, 1, 0], [0, -1, 0], [0, -1, 1]]
-    joined = Mesh(vertices, [[0, 1, 2], [1, 0, 3]])
-    assert metis_partition(joined, 2).n_segments == 2
+    assert metis_partition(Mesh(vertices, [[0, 1, 2], [1, 0, 3]]), 2).n_segments == 2
     mixed = Mesh(vertices, [[0, 1, 2], [1, 0, 3], [0, 4, 3]])
     assert len(metis_partition(mixed, 2).labels) == 3  # METIS may leave a part empty

@@ -134,8 +134,7 @@ def test_leading_eigenvectors_are_right_where_eigenvalues_are_shared(n):
 
 def test_eigenvalues_are_those_of_the_affinities(sheet, sheet_graph):
     lengths = scipy_path_lengths(sheet_graph).astype(np.float64)
-    sample = np.arange(256) * 800 // 256
-    width = 0.1 * lengths[sample].mean()
+    width = 0.1 * lengths[np.arange(256) * 800 // 256].mean()
     affinities = np.exp(-lengths / width)
     scale = 1 / np.sqrt(affinities.sum(axis=1))
     expected = np.linalg.eigvalsh(scale[:, None] * affinities * scale)[::-1][:20]

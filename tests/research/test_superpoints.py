@@ -19,8 +19,7 @@ def room(tmp_path):
     """Return a sheet of two objects, left and right, and a speck; one vertex is not in any face."""
     mesh = shapes.bumpy_sheet(16)
     vertices = np.r_[mesh.vertices, [[9, 9, 9]]]
-    middle = np.median(mesh.vertices[:, 0])
-    truth = np.r_[np.where(mesh.vertices[:, 0] < middle, 4, 7), 4]
+    truth = np.r_[np.where(mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0]), 4, 7), 4]
     path = tmp_path / "sheet_n1.npz"
     np.savez(path, vertices=vertices, faces=mesh.faces, instances=truth, felzenszwalb=truth)
     return path

@@ -48,8 +48,7 @@ def test_what_is_shared_imports_neither_page_nor_studio_nor_they_each_other():
     if not FRONTEND.is_dir():
         pytest.skip("the sources of the bundles are not part of this distribution")
     for path in (FRONTEND / "src").rglob("*.ts"):
-        own = path.relative_to(FRONTEND / "src").parts[0]
-        others = {"page", "studio"} - {own}
+        others = {"page", "studio"} - {path.relative_to(FRONTEND / "src").parts[0]}
         imported = re.findall(r'from "(?:\.\./)+(\w+)/', path.read_text(encoding="utf-8"))
         assert others.isdisjoint(imported), path
 

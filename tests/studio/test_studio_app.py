@@ -2,7 +2,9 @@
 
 import asyncio
 import contextlib
+import errno
 import json
+import os
 import sys
 import threading
 import time
@@ -16,20 +18,12 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
 from superfacets import PointCloud, PolygonMesh, RenderError, write_mesh
+from superfacets_show.backend import ensure_gl
 from superfacets_show.colors import PALETTE
+from superfacets_studio.regions import segmenting
 from superfacets_studio.regions.revisions import MAX_KEPT, similar_regions
-
-
-def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_path):
-    from superfacets_studio.web import app
-
-    monkeypatch.setattr(app, "files", lambda _: tmp_path)
-    answer = client.http.get("/")
-    assert answer.status_code == 200
-    assert "static/index.html" in answer.text
-    (tmp_path / "static").mkdir()
-    (tmp_path / "static" / "index.html").write_text("the bundle")
-    assert client.http.get("/").text == "the bundle"
+from superfacets_studio.web.messages import message_of
+from superfacets_studio.web.thumbnails import Thumbnails
 
 
 def test_the_mesh_is_as_in_the_file(client, sheet):
@@ -79,6 +73,8 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
                 assert client.get("export", what=what, format=format).status_code == 200
     _, regions = unpacked(client.get("regions", revision=split["revision"]).content)
     assert regions["arcs"].max() == 2
+    _, borders = unpacked(client.get("borders", revision=split["revision"]).content)
+    assert bool(borders) == (kind == "polygons")
 
 
 def test_a_region_is_divided_into_parts_in_one_step(client, serve, sheet):
@@ -116,6 +112,21 @@ def test_neighboring_regions_are_joined_by_arcs(client):
     assert (header["n_regions"], set(arrays)) == (20, {"arcs"})
     assert (arrays["arcs"][:, 0] < arrays["arcs"][:, 1]).all()
     assert set(arrays["arcs"].ravel().tolist()) == set(range(20))
+
+
+def test_parts_of_faces_beyond_smooth_borders_are_shown_as_a_face_of_the_other_region(
+    client, sheet
+):
+    revision, labels = client.state()["revision"], client.labels()
+    with client.document().lock:  # of this thread, while another answers
+        _, arrays = unpacked(client.get("borders", revision=revision).content)
+    cut = superfacets.cut_borders(superfacets.read_mesh(sheet), labels)
+    is_part = cut.labels != labels[cut.sources]
+    assert np.array_equal(arrays["sources"], cut.sources[is_part])
+    assert np.array_equal(labels[arrays["shown"]], cut.labels[is_part])
+    header, _ = unpacked(client.get("mesh").content)
+    corners = arrays["positions"][arrays["triangles"]]
+    assert np.allclose(corners + header["center"], cut.mesh.vertices[cut.mesh.faces[is_part]])
 
 
 def test_cells_in_any_order_are_painted_and_undone(client):
@@ -240,8 +251,6 @@ def test_as_many_revisions_as_promised_are_kept(client):
 
 
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
-    from superfacets_studio.regions import segmenting
-
     document = client.document()
     parameters = document.state.partition.parameters
     outcomes = []
@@ -289,8 +298,7 @@ def test_regions_that_face_the_same_way_are_similar_to_a_flat_region(serve, tmp_
     floor = np.flatnonzero(graph.normals[:, 2] < -0.9)
     body = {"region": int(floor[0]), "revision": client.state()["revision"]}
     for tolerance, expected in ((0.05, floor), (0.6, np.flatnonzero(graph.normals[:, 2] < 0.9))):
-        found = client.done("similar", **body, tolerance=tolerance)["regions"]
-        assert found == expected.tolist()
+        assert client.done("similar", **body, tolerance=tolerance)["regions"] == expected.tolist()
     assert len(client.done("similar", **body, tolerance=1)["regions"]) == graph.n_regions
 
 
@@ -355,9 +363,6 @@ def test_the_server_is_asked_to_end(client):
 
 
 def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch, broken):
-    import errno
-    import os
-
     before = client.state()
     broken("os.fsync", OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     answer = client.post("paint", **{"class": 1}, cells=encoded([1]))
@@ -377,8 +382,6 @@ def test_a_changed_input_is_told(client, sheet):
 
 
 def test_errors_of_the_machine_are_one_line():
-    from superfacets_studio.web.messages import message_of
-
     assert message_of(MemoryError()) == "not enough memory"
     assert message_of(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
     assert message_of(ValueError("two\nlines")) == "two lines"
@@ -386,8 +389,6 @@ def test_errors_of_the_machine_are_one_line():
 
 def stand_in(monkeypatch, code):
     """Draw thumbnails by this code instead, which gets the path of the picture in sys.argv[2]."""
-    from superfacets_studio.web.thumbnails import Thumbnails
-
     calls = []
     run = Thumbnails._run
 
@@ -410,7 +411,7 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
 """
     calls = stand_in(monkeypatch, code)
     answer = client.get("thumbnail")
-    assert (answer.status_code, answer.json()["error"]) == (404, "RenderError: no GL")
+    assert (answer.status_code, answer.json()["error"]) == (501, "RenderError: no GL")
     for _ in range(2):
         answer = client.get("thumbnail")
         assert (answer.status_code, answer.content) == (200, b"PNG")
@@ -419,44 +420,36 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
 
 
 def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch, limit):
-    from superfacets_studio.web import thumbnails
-
     stand_in(monkeypatch, "import time; time.sleep(60)")
     limit("time for a thumbnail", 0.5)
     with pytest.raises(RenderError, match=r"drawing took more than 0\.5 seconds"):
-        thumbnails.Thumbnails().png(sheet)
+        Thumbnails().png(sheet)
 
 
 def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
-    from superfacets_studio.web.thumbnails import Thumbnails
-
     stand_in(monkeypatch, "import time; time.sleep(60)")
-    thumbnails = Thumbnails()
+    pictures = Thumbnails()
     begin = time.monotonic()
-    timer = threading.Timer(0.5, thumbnails.close)
+    timer = threading.Timer(0.5, pictures.close)
     timer.start()
     for _ in range(2):  # the running one, and one that is requested later
         with pytest.raises(RenderError, match="drawing failed with status -9"):
-            thumbnails.png(sheet)
+            pictures.png(sheet)
     assert time.monotonic() - begin < 30
     timer.join()
 
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
-    from superfacets_show.backend import ensure_gl
-
     pytest.importorskip("vtkmodules")
     try:
         ensure_gl()
     except RenderError as error:
         pytest.skip(str(error))
-    from superfacets_studio.web.thumbnails import Thumbnails
-
     pictures = [Thumbnails().png(sheet, up) for up in ("auto", "x")]
     assert [one[:4] for one in pictures] == [b"\x89PNG"] * 2
     assert pictures[0] != pictures[1]
     sheet.write_text("no mesh")
-    with pytest.raises(RenderError, match="MeshError"):
+    with pytest.raises(RenderError, match="not a PLY file"):
         Thumbnails().png(sheet)
 
 
@@ -466,8 +459,6 @@ def test_the_state_names_the_work_file_with_its_folder(serve, sheet, monkeypatch
 
 
 def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
-    from superfacets_studio.web.thumbnails import Thumbnails
-
     (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")
     monkeypatch.chdir(tmp_path)
     with contextlib.suppress(RenderError):  # without VTK there is no picture

@@ -37,8 +37,7 @@ def test_damaged_cells_are_refused(packed, n_cells, message):
 
 
 def test_cells_of_a_client_are_sorted_and_each_is_there_once():
-    text = coding.base64_of(np.array([7, 2, 7], np.uint32))
-    assert coding.cells_from(text, 8).tolist() == [2, 7]
+    assert coding.cells_from(coding.base64_of(np.array([7, 2, 7], np.uint32)), 8).tolist() == [2, 7]
 
 
 @pytest.mark.parametrize(("text", "message"), [

@@ -138,5 +138,4 @@ def test_ctrl_c_ends_the_server_with_all_work_on_the_disk(tmp_path):
     finally:
         server.close()
     assert not list(tmp_path.glob(".*address"))
-    journal = path.with_name("sheet.ply.studio.jsonl")
-    assert '"seq":1' in journal.read_text().splitlines()[-1]
+    assert '"seq":1' in path.with_name("sheet.ply.studio.jsonl").read_text().splitlines()[-1]

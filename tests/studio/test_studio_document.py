@@ -89,8 +89,7 @@ def test_all_operations_come_back_after_a_restart(document):
     document.set_classes(classes)
     document.paint(document.revision.cells_of(3), 300)
     region = document.revision.cells_of(4)
-    blue = document.split(4, document.revision.number, region[:1], region[-1:])
-    document.paint(blue, 2)
+    document.paint(document.split(4, document.revision.number, region[:1], region[-1:]), 2)
     document.paint(cells(1, 2, 3), [1, 2, 1])
     document.undo()
     labels, before = document.revision.labels, document.state.classes
@@ -163,8 +162,7 @@ def foreign(document, monkeypatch):
 def test_regions_of_another_version_are_told_and_paint_stays(foreign):
     assert sum("This version of superfacets" in note for note in foreign.notes) == 1
     assert foreign.revision.n_regions == 20
-    painted = foreign.revision.cells_of(2)
-    assert np.array_equal(np.flatnonzero(foreign.state.classes == 1), painted)
+    assert np.array_equal(np.flatnonzero(foreign.state.classes == 1), foreign.revision.cells_of(2))
 
 
 def test_work_of_another_version_can_be_undone_to_its_beginning(foreign):

@@ -60,8 +60,7 @@ def test_exports_of_another_work_file_replace_none_of_the_default_one(painted, w
 
 def test_the_default_work_file_may_be_named_on_the_command_line(painted):
     painted.close()
-    work = os.path.relpath(painted.journal.path)
-    again = Document.open(painted.path, Path(work))
+    again = Document.open(painted.path, Path(os.path.relpath(painted.journal.path)))
     assert write_export(again, "cells", "npy").name == "sheet.classes.npy"
     again.close()
 
@@ -71,8 +70,7 @@ def test_an_export_replaces_a_link_and_not_the_file_behind_it(painted, tmp_path)
     private = tmp_path / "private"
     private.write_text("mine")
     (tmp_path / "sheet.classes.npy").symlink_to(private)
-    path = write_export(painted, "cells", "npy")
-    assert np.array_equal(read_labels(path), painted.state.classes)
+    assert np.array_equal(read_labels(write_export(painted, "cells", "npy")), painted.state.classes)
     assert private.read_text() == "mine"
 
 

@@ -127,8 +127,7 @@ def test_pipes_at_names_of_ours_do_not_stop_the_studio(serve, folder):
     os.mkfifo(folder / "a.ply.studio.jsonl")
     client = serve(folder)
     assert client.http.get("/api/files").json()[0]["done"] == 0
-    answer = client.get("state", 0)
-    assert "a.ply.studio.jsonl: is not a regular file" in answer.json()["error"]
+    assert "a.ply.studio.jsonl: is not a regular file" in client.get("state", 0).json()["error"]
 
 
 def test_a_class_that_another_mesh_has_is_shown_with_it(serve, folder):

@@ -53,7 +53,7 @@ GUARDS = {
     "studio.documents.journal_lines.first_state": "`check_source` compares n_cells with the mesh",
     "studio.export.objects._write_table": OWN, "studio.export.write._colors_of": CLASSES,
     "studio.export.write._write_region_classes": OWN, "studio.export.write.class_of_regions": OWN,
-    "studio.labels.classes._free_colors": "constant",
+    "studio.labels.classes._free_colors": "constant", "studio.web.operations.border_packet": OWN,
     "studio.labels.coding.cells_from": "as many as the request has; each must be a cell",
     "studio.labels.coding.pack_cells": OWN,
     "studio.labels.coding.unpack_cells": "`inflated` stops at five bytes per cell; the sum of all "

@@ -322,8 +322,7 @@ def test_halves_of_surrogate_pairs_in_an_old_work_file_are_left_out(document, sh
 
 def test_a_paint_that_changes_nothing_makes_no_sense(document, sheet):
     document.paint(cells(1), 1)
-    line = document.journal.path.read_text().splitlines()[-1]
-    text = line.split('"cells":"')[1].split('"')[0]
+    text = document.journal.path.read_text().splitlines()[-1].split('"cells":"')[1].split('"')[0]
     document.journal.append({"seq": 2, "op": "paint", "cells": text, "class": 1})
     document.close()
     with pytest.raises(JournalError, match="it changes no cell"):
@@ -366,8 +365,7 @@ def test_the_summary_is_the_first_and_the_last_line(document, tmp_path):
     assert summary(path)[1]["format"] == "superfacets studio"
     for number in range(40):  # more than one read returns
         document.paint(np.arange(number, 1000, 7, dtype=np.uint32), 1 + number % 6)
-    classes = np.random.default_rng(0).integers(1, 7, 1152)
-    document.paint(np.arange(1152, dtype=np.uint32), classes)
+    document.paint(np.arange(1152, dtype=np.uint32), np.random.default_rng(0).integers(1, 7, 1152))
     many = [{"id": number, "name": "n" * 100} for number in range(1, 60)]
     document.set_classes(many)  # a line longer than the first block read
     with path.open("ab") as file:

@@ -130,8 +130,7 @@ def _touch(document, one, other):
     surface = document.segmenter.surface
     labels = document.revision.labels
     sources = np.repeat(np.arange(len(labels)), np.diff(surface.offsets))
-    pairs = set(zip(labels[sources], labels[surface.neighbors], strict=True))
-    return (one, other) in pairs
+    return (one, other) in set(zip(labels[sources], labels[surface.neighbors], strict=True))
 
 
 def test_names_of_objects_are_kept_and_taken_away(client):
@@ -213,8 +212,7 @@ def test_instances_of_vertices_are_class_times_1000_plus_object(furnished):
 
 
 def test_groups_are_objects_and_their_segments_are_in_one_object_each(furnished):
-    half = furnished.revision.cells_of(5)[::2]
-    furnished.paint(half, 1, objects=2)  # a region of two objects
+    furnished.paint(furnished.revision.cells_of(5)[::2], 1, objects=2)  # a region of two objects
     path = write_export(furnished, "objects", "aggregation.json")
     groups = json.loads(path.read_text())["segGroups"]
     assert [group["label"] for group in groups] == ["chair"] * 3 + ["table", "wall"]
@@ -311,8 +309,7 @@ def test_each_group_of_scannet_is_an_object(client, sheet):
     labels, classes, objects = client.labels(), client.classes(), client.objects()
     number = next(entry["id"] for entry in client.state()["classes"] if entry["name"] == "couch")
     for region, place in ((0, 1), (1, 1), (2, 2)):
-        right = (classes == number) & (objects == place)
-        assert right[labels == region].mean() > 0.7
+        assert ((classes == number) & (objects == place))[labels == region].mean() > 0.7
     assert client.state()["classes"][-1]["stuff"]
     assert set(np.unique(classes)) == {0, 2, number, number + 1}
     assert not objects[classes == number + 1].any()
@@ -464,8 +461,7 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     merged.undo()
     assert merged.instances[100] == 0
     merged.close()
-    again = CliRunner().invoke(agree_command, arguments)
-    assert isinstance(again.exception, FileExistsError)
+    assert isinstance(CliRunner().invoke(agree_command, arguments).exception, FileExistsError)
 
 
 def test_shared_classes_of_two_folders_are_matched_by_name_and_keep_free_numbers(tmp_path):

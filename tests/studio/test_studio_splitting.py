@@ -23,8 +23,7 @@ def split(mesh, cells=None, red=None, blue=None):
     near = np.abs(y - 0.5) < 0.1
     red = np.flatnonzero((x < 0.1) & near) if red is None else red
     blue = np.flatnonzero((x > 0.9) & near) if blue is None else blue
-    strokes = (np.asarray(stroke, np.uint32) for stroke in (red, blue))
-    found = split_cells(surface, cells, *strokes)
+    found = split_cells(surface, cells, *(np.asarray(stroke, np.uint32) for stroke in (red, blue)))
     return found, surface.positions
 
 

@@ -207,8 +207,7 @@ def test_an_object_in_two_pieces_stays_one_suggestion(document, groups):
     labels[[0, 1, 2, 1149, 1150, 1151]] = 10
     files = groups | {"lifted.txt": "\n".join(map(str, labels)).encode()}
     del files["lifted.npy"]
-    imported = read_import(files, document.cells, document.class_list)
-    assert document.suggest(imported) == 1
+    assert document.suggest(read_import(files, document.cells, document.class_list)) == 1
 
 
 def test_groups_of_no_cells_suggest_nothing(document, groups):

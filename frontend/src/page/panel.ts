@@ -204,10 +204,11 @@ export class Panel {
     slider.disabled = coloring.kind === "truth";
     element("scale").hidden = !feature;
     if (feature) {
+      const stops = Array.from({ length: 18 }, (_, i) => cssColor(content.arrays.scale!, 15 * i));
       element("scale-name").textContent = feature.name;
       element("scale-low").textContent = shortNumber(feature.low);
       element("scale-high").textContent = shortNumber(feature.high);
-      element("scale-bar").style.background = `linear-gradient(to right, ${this.scaleStops()})`;
+      element("scale-bar").style.background = `linear-gradient(to right, ${stops.join()})`;
     }
     const nGray = (feature ? feature.n_missing : labeling?.n_left_out) ?? 0;
     element("gray").hidden = !nGray;
@@ -222,13 +223,6 @@ export class Panel {
       if (labeling && !swatch.hidden) swatch.style.background = cssColor(labeling.colors, i);
     });
     element("regions-text").textContent = `${counted(labeling?.counts.length ?? 0, noun)}, neighbors in different colors`;
-  }
-
-  private scaleStops(): string {
-    const scale = this.content.arrays.scale!;
-    const stops: string[] = [];
-    for (let i = 0; i < 256; i += 15) stops.push(cssColor(scale, i));
-    return stops.join();
   }
 
   /** Lines of the tooltip for a cell. */

@@ -216,13 +216,9 @@ export class Table implements Lookup, Held {
     this.last = Math.max(this.last, row);
   }
 
-  get isChanged(): boolean {
-    return this.last >= 0;
-  }
-
   /** Upload the range of rows that contains all changed rows. */
   send(): void {
-    if (!this.isChanged) return;
+    if (this.last < 0) return;
     const { gl } = this.gpu;
     const [, outer, type, channels] = this.layout;
     gl.activeTexture(gl.TEXTURE0 + this.unit);
@@ -315,6 +311,16 @@ export class Frame implements Held {
     this.bind();
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  }
+
+  /** Copy the first color of another framebuffer, and make this framebuffer the target of draw calls. */
+  copy(other: Frame): void {
+    const { gl } = this.gpu;
+    this.begin(other.width, other.height);
+    other.bind();
+    gl.activeTexture(gl.TEXTURE0 + this.colors[0].unit);
+    gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, other.width, other.height);
+    this.bind();
   }
 
   /** Make the framebuffer the target of draw and read calls. */

@@ -14,16 +14,24 @@ export class Surface {
   private hasFloats = false;
   private isCloud = false;
   private facts!: ShapeFacts;
+  private shape: Shape | null = null; // kept to upload it again after the WebGL context was lost; null if the Gpu keeps no copies
   private state: WebGLVertexArrayObject | null = null;
   private readonly buffers: WebGLBuffer[] = [];
 
-  constructor(private readonly gpu: Gpu) {
+  constructor(protected readonly gpu: Gpu) {
     this.vertices = new Table(gpu);
     this.sources = new Table(gpu);
+    gpu.hold(this);
   }
 
-  /** Upload the geometry; called again after the WebGL context was lost. */
-  show({ facts, positions, triangles, sources, normals }: Shape): void {
+  make(): void {
+    if (this.shape) this.show(this.shape);
+  }
+
+  /** Upload the geometry. */
+  show(shape: Shape): void {
+    const { facts, positions, triangles, sources, normals } = shape;
+    this.shape = this.gpu.isKept ? shape : null;
     this.facts = facts;
     this.isCloud = triangles === null;
     this.hasSources = sources !== null;

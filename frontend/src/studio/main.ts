@@ -83,7 +83,10 @@ function watchTools(workbench: Workbench): void {
   parts.value = String(workbench.nParts);
   parts.addEventListener("change", () => (workbench.nParts = Math.max(2, Number(parts.value) || 2)));
   const borders = element<HTMLInputElement>("borders");
-  borders.addEventListener("change", () => workbench.drawing.setBorders(borders.checked));
+  borders.addEventListener("change", () => {
+    workbench.drawing.hasBorders = borders.checked;
+    workbench.drawing.redraw();
+  });
 }
 
 const WELCOMED = "superfacets welcome";

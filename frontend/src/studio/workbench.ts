@@ -8,7 +8,7 @@ import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import { ClassKeys } from "./data/classkeys";
 import type { ClassEntry } from "./data/contract";
-import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
+import { addTo, classOf, objectOf, paintOf, type Regions } from "./data/labeling";
 import type { Drawing } from "./view/drawing";
 import { Events } from "./session/events";
 import { classNameIn, paintNameIn } from "./data/names";
@@ -46,6 +46,8 @@ export class Workbench {
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isFresh = true; // whether no class of this file was chosen yet
   private isPainted = false; // whether the selected regions were selected by painting them
+  private smoothed: Regions | null = null; // regions whose borders were smoothed last
+  private smoothing = Promise.resolve(); // resolves when no smooth borders are being computed
   private order: number[] = []; // order in which `moveCursor` visits the regions
   private readonly visited = new Set<number>(); // regions that `showNextBare` does not choose again before all others
 
@@ -55,7 +57,7 @@ export class Workbench {
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
     drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
-    drawing.afterView.push(() => this.sayIfEmpty());
+    drawing.afterView.push(() => this.sayIfEmpty(), () => void (this.smoothing = this.smoothing.then(() => this.smoothBorders())));
     events.on("painted", (cells) => {
       drawing.hasClasses = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
       const bare = cells?.filter((cell) => !session.paints.of[cell] && drawing.cells.isHidden(cell)); // after an undo
@@ -80,6 +82,15 @@ export class Workbench {
     this.drawing.setMesh(mesh);
     if (mesh.textureProblem) this.say(text.session.noTexture(mesh.textureProblem));
     this.picker = new Picker(this.drawing, mesh);
+  }
+
+  /** Draw smooth borders of the current regions. Until the server has computed them, borders of earlier regions stay smooth. */
+  private async smoothBorders(): Promise<void> {
+    const { session, session: { regions, mesh } } = this;
+    if (!regions || this.smoothed === regions) return;
+    const parts = await session.borders();
+    if (mesh === session.mesh) this.drawing.setParts(parts);
+    this.smoothed = regions;
   }
 
   private takeRegions(): void {
@@ -168,7 +179,7 @@ export class Workbench {
     if (!paint || paint === currentPaint) return this.say(objectMessages.noOther);
     if (classOf(paint) !== classOf(currentPaint)) return this.say(objectMessages.otherClass);
     const name = this.paintName(paint);
-    this.paintCells(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
+    this.session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
     this.say(objectMessages.merged(name, this.paintName(currentPaint)));
   }
 
@@ -196,7 +207,7 @@ export class Workbench {
   deleteObject(paint: number): void {
     const { mesh, paints } = this.session;
     const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
-    this.paintCells(cells, 0);
+    this.session.paint(cells, 0);
     this.say(objectMessages.deleted(name, mesh.counted(cells.length)));
   }
 
@@ -268,26 +279,18 @@ export class Workbench {
     this.select([], false);
   }
 
-  /**
-   * Give cells the class and object encoded by `paint`; `showPaint` draws them. Calls with the same stroke are one step
-   * for undo. Returns the number of cells that change.
-   */
-  paintCells(cells: Uint32Array, paint: number, strokeId?: string): number {
-    return this.session.paint(cells, paint, strokeId);
-  }
-
   /** Paint regions and select them, so that `grow` and `shrink` can change the painted area. */
   paintRegions(regions: Iterable<number>, paint: number): void {
     const list = [...regions];
     if (!list.length) return;
-    this.paintCells(this.session.regions.cellsOfAll(list), paint);
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
     this.select(list, true);
   }
 
   /** Go to the next (`step` is 1) or previous region that is not hidden; the first call goes to the nearest region. */
   moveCursor(step: 1 | -1): void {
     const { order } = this;
-    const isShown = (region: number): boolean => !this.isRegionHidden(region);
+    const isShown = (region: number): boolean => this.session.regions.cellsOf(region).some((cell) => !this.isHidden(cell));
     const at = order.indexOf(this.cursor);
     const first = step > 0 ? at + 1 : at;
     const others = [...order.slice(first), ...order.slice(0, first)]; // the current region is the last one
@@ -352,7 +355,7 @@ export class Workbench {
     if (list[0] < 0) return this.say(regionMessages.none);
     const replaced = new Map<number, number>();
     this.countReplaced(list, paint, replaced);
-    this.paintCells(this.session.regions.cellsOfAll(list), paint);
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
     this.sayPainted(list, paint, replaced);
   }
 
@@ -406,12 +409,9 @@ export class Workbench {
       const middle = mesh.middleOf(cell);
       return middle ? lengthOf(minus(middle, target)) : Number.MAX_VALUE;
     };
-    let [nearest, least] = [-1, Infinity];
-    for (const region of seen.length ? seen : candidates) {
-      const distance = regions.cellsOf(region).reduce((best, cell) => Math.min(best, distanceTo(cell)), Infinity);
-      if (distance < least) [nearest, least] = [region, distance];
-    }
-    return nearest;
+    const distances = new Map((seen.length ? seen : candidates).map((region) =>
+      [region, regions.cellsOf(region).reduce((least, cell) => Math.min(least, distanceTo(cell)), Infinity)]));
+    return [...distances].reduce((best, one) => (one[1] < best[1] ? one : best), [-1, Infinity])[0];
   }
 
   /**
@@ -443,7 +443,7 @@ export class Workbench {
     if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
     if (!ring.length) return this.say(regionMessages.neighborsLabeled);
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
-    if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), painted);
+    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
     this.say(regionMessages.grown(ring.length));
   }
@@ -452,7 +452,7 @@ export class Workbench {
     const { regions } = this.session;
     const ring = regions.neighbors.outerRing(this.selection);
     if (!ring.length || ring.length === this.selection.size) return this.say(regionMessages.noRing);
-    if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), 0);
+    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
     this.say(regionMessages.shrunk(ring.length));
@@ -494,10 +494,6 @@ export class Workbench {
     if (region < 0) return this.say(regionMessages.noneActive);
     const before = session.regions.count;
     if (await session.refine(region, nParts)) this.say(regionMessages.divided(region, session.regions.count - before + 1));
-  }
-
-  private isRegionHidden(region: number): boolean {
-    return this.session.regions.cellsOf(region).every((cell) => this.isHidden(cell));
   }
 
   /** Whether a cell is hidden, or outside the clip box. */

@@ -445,8 +445,7 @@ def checked_nonnegative_array(
         raise ValueError(f"{name} must have {must}, got {array.shape}{advice}")
     is_valid, largest = _core.check_numbers(array, n_threads)
     if not is_valid:
-        is_wrong = ~(np.isfinite(array) & (array >= 0))
-        refuse_first(is_wrong, name, array, "finite and not negative")
+        refuse_first(~(np.isfinite(array) & (array >= 0)), name, array, "finite and not negative")
     if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
         raise ValueError(
             f"the largest value of {name} must be {VALUE_RANGE[0]:g} to {VALUE_RANGE[1]:g}, got"
@@ -474,8 +473,7 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     array = owned_indices(given)
     if not len(array):
         raise ValueError(f"{name} must contain at least one cell, but it is empty")
-    is_wrong = (array < 0) | (array >= n_cells)
-    refuse_first(is_wrong, name, given, f"0 to {n_cells - 1}")
+    refuse_first((array < 0) | (array >= n_cells), name, given, f"0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
         twice = values[np.argmax(counts > 1)]
@@ -540,8 +538,7 @@ def checked_classes(
     """
     given = _row_of_labels(labels, n, name, n_vertices, noun)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
-    is_wrong = (array < -1) | (array != given)
-    refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
+    refuse_first((array < -1) | (array != given), name, given, f"-1 to {MAX_CELLS}")
     return array
 
 

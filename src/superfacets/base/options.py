@@ -91,11 +91,9 @@ class LoopOptions:
             raise TypeError(f"callback must be callable, got {callback!r}")
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
-            checked_number(tol, "tol", zero=True),
-            checked_choice(islands, "islands", ISLANDS),
-            checked_threads(n_threads),
-            Reports(callback),
-        )
+            checked_number(tol, "tol", zero=True), checked_choice(islands, "islands", ISLANDS),
+            checked_threads(n_threads), Reports(callback),
+        )  # fmt: skip
 
     @property
     def params(self) -> dict[str, Any]:

@@ -90,11 +90,9 @@ def merge_small_regions(
         roots = _join_nearest(surface, part.labels, roots, small)
     sources, compact = np.unique(roots, return_inverse=True)
     return RegionEdit(
-        part.whole_labels(compact.astype(np.int32)[part.labels]),
-        sources.astype(np.int32),
-        n_regions - len(sources),
-        int(np.isin(small, sources).sum()),
-    )
+        part.whole_labels(compact.astype(np.int32)[part.labels]), sources.astype(np.int32),
+        n_regions - len(sources), int(np.isin(small, sources).sum()),
+    )  # fmt: skip
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) -> Ints:

@@ -64,14 +64,11 @@ class SmoothOptions(NamedTuple):
             stiffness = roundness = 0.0
         sizes, goals = (NO_SIZES, NO_SIZES) if targets is None else targets
         return _core.SmoothOptions(
-            max_distance=self.max_distance * radius,
-            max_chain=self.max_chain,
+            max_distance=self.max_distance * radius, max_chain=self.max_chain,
             max_sweeps=MAX_SWEEPS if targets is None else BALANCED_SWEEPS,
             stiffness=stiffness if targets is None else BALANCED_STIFFNESS / radius,
-            roundness=roundness,
-            sizes=sizes,
-            goals=goals,
-        )
+            roundness=roundness, sizes=sizes, goals=goals,
+        )  # fmt: skip
 
 
 OF_PARTS = SmoothOptions(max_distance=3.0, max_chain=16, stiffness=1.25)

@@ -259,8 +259,7 @@ class Balancer:
         rules = self.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([self.targets, found[len(self.targets) :]])
-        is_exact = rules.options.cells is not None
-        return Goals(rules.sizes, goals, rules.options.limits, is_exact)
+        return Goals(rules.sizes, goals, rules.options.limits, rules.options.cells is not None)
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""
@@ -313,8 +312,7 @@ def with_counts(
     while True:
         found = _Regions.of(clustering, *cells)
         change = targets - np.bincount(found.components, minlength=len(targets))
-        smallest_first = found.ranks(found.sizes)
-        stays = smallest_first >= np.maximum(-change, 0)[found.components]
+        stays = found.ranks(found.sizes) >= np.maximum(-change, 0)[found.components]
         more = found.farthest(clustering.lengths())
         is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
         largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
@@ -366,8 +364,7 @@ class _Regions:
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
-        is_own = self.labels[cells] == np.arange(len(self.centers))
-        return np.where(is_own, cells, self.centers)
+        return np.where(self.labels[cells] == np.arange(len(self.centers)), cells, self.centers)
 
     def matched(self, are_small: Bools, are_large: Bools) -> Longs:
         """Return pairs (P, 2) of a small and a large region in one component; extremes first."""
@@ -378,8 +375,7 @@ class _Regions:
         keys = []
         for chosen in (small, large):
             groups = self.components[chosen].astype(np.int64)
-            starts = np.searchsorted(groups, groups)
-            ranks = np.arange(len(groups)) - starts
+            ranks = np.arange(len(groups)) - np.searchsorted(groups, groups)
             ranks[ranks >= limits[groups]] = len(self.centers)  # marks regions that get no pair
             keys.append(groups * (len(self.centers) + 1) + ranks)
             keys[-1][ranks == len(self.centers)] = -len(keys)

@@ -37,12 +37,9 @@ class Classification(NamedTuple):
 
 
 def classify(
-    graph: CellGraph,
-    centers: npt.ArrayLike,
-    *,
-    reach: float | None = None,
+    graph: CellGraph, centers: npt.ArrayLike, *, reach: float | None = None,
     n_threads: int | None = None,
-) -> Classification:
+) -> Classification:  # fmt: skip
     """Label each cell with the index of the center that has the shortest path to the cell.
 
     Parameters

@@ -70,12 +70,10 @@ def segment_graph(
     """
     checked_graph(graph)
     return segment_checked(
-        graph,
-        (CountOptions.checked(n_segments, radius, init), init),
-        LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),
-        Features.of(features),
+        graph, (CountOptions.checked(n_segments, radius, init), init),
+        LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback), Features.of(features),
         ConstraintOptions(mask, barriers),
-    )
+    )  # fmt: skip
 
 
 def segment_checked(
@@ -86,7 +84,7 @@ def segment_checked(
     given = graph
     inside = constraints.kept_cells(graph, graph, weld=False, n_threads=loop.n_threads)
     plan = Plan.of(graph, inside, start, loop, dimension=graph.dimension)
-    costs = features.costs(graph, graph.measures, loop.n_threads)
+    costs = features.costs(graph, graph.measures, loop.n_threads, constraints)
     if costs is not None:
         graph = replace(graph, weights=costs.added(graph.weights, graph, plan.size.radius))
     if plan.inside is None:
@@ -143,11 +141,9 @@ def segment_cells(
             labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
-        "n_segments": None if count.radius is not None else size.n_segments,
-        "radius": size.radius,
-        "init": init if isinstance(init, str) else "given",
-        **loop.params,
-    }
+        "n_segments": None if count.radius is not None else size.n_segments, "radius": size.radius,
+        "init": init if isinstance(init, str) else "given", **loop.params,
+    }  # fmt: skip
     n_iter = sum(level.n_iter for level in cycle.levels)
     facts = (n_iter, cycle.stop_reason, timings, params, n_unreached)
     return Segmentation(labels, centers, *facts, levels=tuple(cycle.levels))

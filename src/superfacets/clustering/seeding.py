@@ -18,14 +18,9 @@ CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
 
 
 def place_seeds(
-    graph: CellGraph,
-    n_segments: int | None = None,
-    *,
-    radius: float | None = None,
-    init: AnyInit | Seeds = "geodesic",
-    islands: Islands = "keep",
-    n_threads: int | None = None,
-) -> Ints:
+    graph: CellGraph, n_segments: int | None = None, *, radius: float | None = None,
+    init: AnyInit | Seeds = "geodesic", islands: Islands = "keep", n_threads: int | None = None,
+) -> Ints:  # fmt: skip
     """Return the seeds: the initial centers of regions.
 
     Parameters

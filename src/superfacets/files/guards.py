@@ -52,8 +52,9 @@ def known_ending(path: StrPath, endings: Sequence[str]) -> str:
     if not fitting:
         given = path.suffix.lower() or "none"
         listed = [each for each in endings if each.endswith(given)] or endings  # .json: .segs.json
-        advice = " (meshio writes it)" if given in (".msh", ".mesh") else ""
-        raise MeshError(f"{path}: expected the ending {', '.join(listed)}, got {given}{advice}")
+        others = {"meshio": (".msh", ".mesh"), "geopandas": (".shp", ".geojson", ".gpkg")}
+        advice = "".join(f"{name} writes {given}; " for name in others if given in others[name])
+        raise MeshError(f"{path}: {advice}expected the ending {', '.join(listed)}, got {given}")
     return max(fitting, key=len)
 
 

@@ -76,7 +76,7 @@ class Input:
         for item in left_out:
             self.declare(item)
         if texture is not None:
-            self.declare("texture", "texture")
+            self.declare("texture" if len(texture.coordinates) else "materials", "texture")
         found: Texture | None = texture
         return found
 

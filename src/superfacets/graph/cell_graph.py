@@ -104,8 +104,7 @@ def _checked_sides(sides: Any, offsets: Longs) -> Ints:
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
     refuse_first(array < 0, "sides", sides, "not negative")
-    falls = np.flatnonzero(np.diff(array) < 0) + 1
-    if not np.isin(falls, offsets).all():
+    if not np.isin(np.flatnonzero(np.diff(array) < 0) + 1, offsets).all():
         raise ValueError("sides must be in ascending order for the arcs of each cell")
     return array
 

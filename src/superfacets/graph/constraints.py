@@ -65,9 +65,13 @@ class ConstraintOptions:
 
     def kept_points(self, cells: Cells) -> Bools | None:
         """Return which points of a cloud to keep; None without a mask or for other cells."""
-        if self.mask is None or not kind_of(cells).are_points:
+        return self.kept_values(cells) if kind_of(cells).are_points else None
+
+    def kept_values(self, cells: Any) -> Bools | None:
+        """Return which points or vertices to keep; None without a mask, or if it is of faces."""
+        if self.mask is None or not (kind_of(cells).are_points or fit_vertices(self.mask, cells)):
             return None
-        return _checked_kept(self.mask, cells.n_cells)
+        return _checked_kept(self.mask, len(self.mask))
 
     def per_cell(self, source: Any) -> ConstraintOptions:
         """Return the same constraints, with a value per cell in place of one per vertex."""
@@ -119,6 +123,9 @@ class ConstraintOptions:
                 crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
+
+
+NO_CONSTRAINTS = ConstraintOptions()
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,8 +270,7 @@ def _sharp_sides(
     sources, is_sharp = graph.sources, np.abs(angles) >= limit - ANGLE_NOISE
     # The arcs of a face are sorted by side. If two consecutive arcs cross the same side, its edge
     # has three or more faces, so it is sharp.
-    is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
-    is_sharp[1:] |= is_same
+    is_sharp[1:] |= (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     lowest = lowest_vertices(source.vertices, weld, threads)
     ends = lowest[corners_of(source).ends_of_sides(sources[is_sharp], graph.sides[is_sharp])]
     faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
@@ -303,8 +309,7 @@ def _checked_edges(barriers: Any, n_vertices: int) -> Ints:
     given = np.asarray(barriers)
     if given.ndim != 2 or given.shape[1] != 2:
         raise ValueError(f"barriers must have shape (E, 2), got {given.shape}")
-    flat = owned_indices(integer_array(given.ravel(), "barriers"))
-    pairs = flat.reshape(-1, 2)
+    pairs = owned_indices(integer_array(given.ravel(), "barriers")).reshape(-1, 2)
     is_wrong = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
     refuse_first(is_wrong, "barriers", given, f"vertices from 0 to {n_vertices - 1}")
     return pairs

@@ -21,8 +21,7 @@ class RegionSize(NamedTuple):
     n_segments: int
     """Number k of regions: set by the caller, number of seeds, computed from r, or the default."""
     radius: float
-    """Radius r in the unit of the positions: set by the caller, at most that of one region for all
-    cells, or computed as in `radius_of`."""
+    """Radius r in the unit of the positions: set by the caller, or computed as in `radius_of`."""
     total: float  # measure of all cells inside the mask
 
 
@@ -34,8 +33,9 @@ def region_size(
     total, n_cells = _core.sum_of(measures, n_threads), len(measures)
     r = options.radius
     if r is not None:
-        k = total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
-        r = min(r, _radius_of_total(total, 1, dimension) or r)  # larger costs would overflow
+        k = math.inf
+        if r > 0:
+            k = total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
         return RegionSize(max(1, round(min(k, n_cells))), r, total)
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
@@ -87,8 +87,7 @@ def sliver_share(
     total = _core.sum_of(areas, n_threads)
     if total <= 0.0:
         return 0.0
-    limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
-    area = sliver_area(mesh, areas, longest, *limits, n_threads)
+    area = sliver_area(mesh, areas, longest, MIN_LENGTH * radius, MAX_HEIGHT * radius, n_threads)
     return min(area / total, 1.0)
 
 

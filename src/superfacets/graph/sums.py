@@ -22,8 +22,7 @@ def positive_total(areas: Floats) -> float:
 
 def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int) -> Floats:
     """Return the sum of the values with each label, (n_labels,), for example areas of regions."""
-    sums = np.bincount(labels, weights=values, minlength=n_labels)
-    return np.asarray(sums, dtype=np.float64)
+    return np.asarray(np.bincount(labels, weights=values, minlength=n_labels), dtype=np.float64)
 
 
 class Majority(NamedTuple):

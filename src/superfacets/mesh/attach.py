@@ -24,13 +24,9 @@ Location = Literal["cells", "points"]
 
 
 def attach_labels(
-    mesh: Any,
-    labels: npt.ArrayLike,
-    *,
-    name: str = DEFAULT_NAME,
-    location: Location = "cells",
+    mesh: Any, labels: npt.ArrayLike, *, name: str = DEFAULT_NAME, location: Location = "cells",
     colors: bool | npt.ArrayLike = False,
-) -> None:
+) -> None:  # fmt: skip
     """Store labels in a mesh or point cloud of another library, in place.
 
     Labels are stored as int32 under the name `name`. Labels and colors are stored in:
@@ -212,11 +208,10 @@ def _has(target: Any, names: tuple[str, ...]) -> bool:
 
 
 _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, _Results], None]], ...] = (
-    (("cell_data", "n_cells"), _put_on_pyvista),
-    (("vertex", "triangle"), _put_on_open3d),
+    (("cell_data", "n_cells"), _put_on_pyvista), (("vertex", "triangle"), _put_on_open3d),
     (("point.positions",), _put_on_open3d),
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
-)
+)  # fmt: skip
 """Pairs: the attributes by which a class of another library is recognized, and the function that
 stores results in objects of this class. The first pair with matching attributes is used."""

@@ -181,6 +181,31 @@ class MeshAttributes:
                 lost += [f"{item} as integers, but as float64"] * is_rounded
         return (replace(self, vertex=vertex, face=face) if is_new or lost else self), lost
 
+    def without_region_colors(self) -> MeshAttributes:
+        """Return attributes without `region_colors` of faces, alpha and quality."""
+        if not have_region_colors(self.face):
+            return self
+        own = {*COLORS, "alpha", "quality"}
+        return replace(self, face={n: each for n, each in self.face.items() if n not in own})
+
+    @staticmethod
+    def as_words(names: Sequence[str], ending: str) -> list[str]:
+        """Return names as words for a format; names that differ stay different.
+
+        Spaces become underscores, and a number is appended if two names would become the same.
+        """
+        # In OBJ, "#" begins a comment, and a backslash joins two lines.
+        table = str.maketrans("#\\", "__" if ending == ".obj" else "#\\")
+        words = {name: "_".join(name.translate(table).split()) or "unnamed" for name in names}
+        taken = {word for name, word in words.items() if word == name}
+        for name, word in words.items():
+            n = 1
+            while words[name] != name and words[name] in taken:
+                n += 1
+                words[name] = f"{word}_{n}"
+            taken.add(words[name])
+        return [words[name] for name in names]
+
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         others = dict(self.names), dict(self.declared), self.records, self.header
         stored = dict(self.vertex), dict(self.face), self.comments, self.texture

@@ -155,8 +155,7 @@ class Roughness(NamedTuple):
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
         if first.is_smooth:
             return first
-        more = cls.of(mesh, arcs, faces[N_FIRST:], n_threads)
-        pairs: Any = zip(first, more, strict=True)
+        pairs: Any = zip(first, cls.of(mesh, arcs, faces[N_FIRST:], n_threads), strict=True)
         return cls(*(np.concatenate(pair) for pair in pairs))
 
     @property
@@ -183,8 +182,7 @@ class Roughness(NamedTuple):
         most = MAX_AGREEMENT_OF_ROUGH if near >= ROUGH else MAX_AGREEMENT
         if float(agreement.mean()) > most or near == 0.0:
             return 0.0
-        ratio = max(far / near, 1.0)
-        fraction = max(DETAIL_RATIO**2 - ratio**2, 0.0) / (DETAIL_RATIO**2 - 1.0)
+        fraction = max(DETAIL_RATIO**2 - max(far / near, 1.0) ** 2, 0.0) / (DETAIL_RATIO**2 - 1.0)
         flattest = float(fold[len(fold) // 4]) / QUARTER_OF_NORMAL
         return min(near * math.sqrt(fraction), flattest / FOLD_PER_NOISE)
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_threads, freeze
-from ..base.types import Array, Floats, Ints, Longs, Singles
+from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
 from .base import CellsOfVertices
 from .meshes import Mesh, PolygonMesh
 
@@ -71,8 +71,15 @@ class Corners:
         firsts = np.repeat(self.offsets[cells] - offsets[:-1], sizes)
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
-    def means(self, table: Floats) -> Floats:
-        """Return, for each cell, the mean row of `table` (one row per vertex) over its corners."""
+    def means(self, table: Floats, is_kept: Bools | None = None) -> Floats:
+        """Return, for each cell, the mean row of `table` (one row per vertex) over its corners.
+
+        If `is_kept` is given, (V,), corners that are not kept do not count: NaN if none is kept.
+        """
+        if is_kept is not None:
+            kept = is_kept[:, np.newaxis]
+            with np.errstate(invalid="ignore"):
+                return self.means(np.where(kept, table, 0.0)) / self.means(kept.astype(np.float64))
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -108,8 +115,7 @@ def mesh_like(
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
     else:
-        n_corners = getattr(mesh, mesh.corners_name).shape[1]
-        arrays[mesh.corners_name] = corners.reshape(-1, n_corners)
+        arrays[mesh.corners_name] = corners.reshape(-1, getattr(mesh, mesh.corners_name).shape[1])
     if bounds is None:
         return type(mesh)(**arrays)
     made: AnyMesh = object.__new__(type(mesh))

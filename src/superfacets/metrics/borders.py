@@ -46,11 +46,8 @@ class EdgePaths:
         lengths, unit = _core.quantize_weights(edge_lengths, n_threads)
         graph = _core.OrderedGraph(
             _core.PlacedCells(mesh.vertices[used], np.ones(len(used)), n_threads),
-            np.append(offsets[:-1][has_edges], offsets[-1:]),
-            nodes[neighbors],
-            lengths,
-            n_threads,
-        )
+            np.append(offsets[:-1][has_edges], offsets[-1:]), nodes[neighbors], lengths, n_threads,
+        )  # fmt: skip
         return cls(graph, unit, nodes, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
@@ -59,8 +56,7 @@ class EdgePaths:
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
             # `Clustering` adds sources, with higher labels, in components without a source.
-            is_reached = paths.labels() < len(sources)
-            reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
+            reached = np.where(paths.labels() < len(sources), paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0
             distances[has_edges] = reached[self.nodes[has_edges]]
         return distances
@@ -102,8 +98,7 @@ class MeshEdges:
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
-        offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)
-        radius = float(self.areas @ offsets) / total
+        radius = float(self.areas @ np.linalg.norm(self.graph.positions - centroid, axis=1)) / total
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
 
@@ -172,8 +167,7 @@ def cut_discrepancy(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
     """
     farthest = mesh.graph.diagonal
     there = _mean_distance(found.borders, true.distances, farthest)
-    back = _mean_distance(true.borders, found.distances, farthest)
-    return (there + back) / mesh.mean_radius
+    return (there + _mean_distance(true.borders, found.distances, farthest)) / mesh.mean_radius
 
 
 def _fraction_near(borders: Borders, distances: Floats, within: float) -> float:

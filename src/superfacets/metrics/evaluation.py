@@ -71,13 +71,9 @@ class GroundTruths:
     """
 
     def __init__(
-        self,
-        mesh: MeshLike,
-        truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-        *,
-        weld: float = True,
-        n_threads: int | None = None,
-    ) -> None:
+        self, mesh: MeshLike, truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike], *,
+        weld: float = True, n_threads: int | None = None,
+    ) -> None:  # fmt: skip
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
         sizes = (self.edges.mesh.n_faces, self.edges.mesh.n_vertices)
@@ -312,11 +308,7 @@ def _of_overlap(overlap: Overlap) -> dict[str, float]:
     return {
         "undersegmentation_error": undersegmentation_error(overlap),
         "achievable_accuracy": achievable_accuracy(overlap),
-        "achievable_iou": achievable_iou(overlap),
-        "hamming_distance": distance,
-        "missing_rate": missing,
-        "false_alarm_rate": false_alarm,
-        "rand_index": rand_index(overlap),
-        "global_consistency_error": of_whole,
-        "local_consistency_error": of_points,
-    }
+        "achievable_iou": achievable_iou(overlap), "hamming_distance": distance,
+        "missing_rate": missing, "false_alarm_rate": false_alarm, "rand_index": rand_index(overlap),
+        "global_consistency_error": of_whole, "local_consistency_error": of_points,
+    }  # fmt: skip

@@ -20,10 +20,11 @@ ROUNDING, COARSEST, STEPS, MAX_TILT = 1e-6, 1e-4, 2.5, 0.5
 the diagonal. Errors are at most about STEPS steps; they add up over the corners of two faces. They
 tilt a face by error / height, in radians. Faces that can be tilted by MAX_TILT join a neighbor."""
 
-DIFFERENCE, SCATTER, FEW = 0.35, 0.3, 8
+DIFFERENCE, SCATTER, OUTER, FEW = 0.35, 0.3, 0.5, 8
 """Areas are similar if curvatures differ by less than DIFFERENCE + SCATTER / sqrt(n), relative to
-the larger one; n is the smaller number of patches. An area of at most FEW single triangles always
-joins a neighbor. The first strip of a fillet has 3/4 of the curvature of the other strips."""
+the larger one; n is the smaller number of patches. Of the bends at a border, OUTER may belong to
+either side: a fan of triangles has 2 / r on a cylinder. FEW single triangles always merge. The
+first strip of a fillet has 3/4 of its curvature."""
 
 
 def cad_faces(
@@ -31,10 +32,11 @@ def cad_faces(
 ) -> Ints:
     """Label each flat side of a CAD part, and each other area of similar curvature.
 
-    Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss. A
-    chain of fillets of one radius, straight and around corners, is one area. An `IslandWarning` is
-    given if most faces have no neighbor. Coordinates may be rounded to steps of 1e-6 of the
-    diagonal, or of 1e-4 if all of them have the same decimals or the precision of float32.
+    Borders are edges that bend by at least `angle`, 30 degrees by default, and lines where the
+    curvature changes, as at the foot of a boss. A chain of fillets of one radius, straight and
+    around corners, is one area. An `IslandWarning` is given if most faces have no neighbor.
+    Coordinates may be rounded to steps of 1e-6 of the diagonal, or of 1e-4 if all of them have the
+    same decimals or the precision of float32.
 
     Parameters
     ----------
@@ -68,13 +70,13 @@ def cad_faces(
         found = f"{n_alone} of {source.n_faces} faces have no neighbor"
         advice = "if corners differ by rounding errors, join them with weld="
         warnings.warn(f"{found}: {advice}", IslandWarning, stacklevel=2)
-    labels, sums, pairs = _patches(surface, source, limit)
+    labels, sums, pairs, bends = _patches(surface, source, limit)
     while n_few <= FEW and pairs.size:
-        targets = _targets(sums, pairs, 1 / surface.diagonal, n_few)
+        targets = _targets(sums, pairs, bends, 1 / surface.diagonal, n_few)
         n = int(targets.max()) + 1
         n_few += n == len(sums)
         sums = np.stack([np.bincount(targets, column, n) for column in sums.T], axis=1)
-        labels, pairs = targets[labels], _distinct(targets[pairs], n)
+        labels, (pairs, bends) = targets[labels], _distinct(targets[pairs], bends, n)
     return surface.components(labels)
 
 
@@ -89,14 +91,13 @@ def _rounding_error(vertices: Floats, diagonal: float) -> float:
     return float(max(low, STEPS * min(max(step, spacing), high)))
 
 
-def _patches(surface: Surface, mesh: FaceMesh, limit: float) -> tuple[Longs, Floats, Longs]:
-    """Return the flat patch of each face, sums over each patch, and pairs of neighbors, (2, P).
+def _patches(surface: Surface, mesh: FaceMesh, limit: float) -> tuple[Longs, Floats, Longs, Floats]:
+    """Return the flat patch of each face, sums over patches, pairs of neighbors, (2, P), and bends.
 
-    Sums, (K, 5): half the angles times lengths of convex and concave edges, area, patches, corners.
+    Bends: half the angles times lengths. Sums, (K, 5): both kinds of bends, area, patches, corners.
     """
     arcs, sources, areas = surface.arc_measures(), surface.sources, surface.measures
-    assert arcs.angles is not None
-    assert arcs.sides is not None
+    assert arcs.angles is not None and arcs.sides is not None  # noqa: PT018
     lengths, ends = arcs.border_lengths, np.stack([sources, surface.neighbors])
     longest = np.zeros_like(areas)
     np.maximum.at(longest, sources, lengths)
@@ -118,17 +119,19 @@ def _patches(surface: Surface, mesh: FaceMesh, limit: float) -> tuple[Longs, Flo
     convex, concave = outer[0] + np.maximum(-inner, 0), outer[1] + np.maximum(inner, 0)
     total, corners = (np.bincount(patches, x, n) for x in (areas, sizes * is_known))
     sums = np.stack([convex, concave, total, np.ones(n), corners], axis=1)
-    return patches.astype(np.int64), sums, _distinct(pairs, n)
+    return patches.astype(np.int64), sums, *_distinct(pairs, np.abs(bends), n)
 
 
-def _targets(sums: Floats, pairs: Longs, floor: float, n_few: int) -> Longs:
+def _targets(sums: Floats, pairs: Longs, bends: Floats, floor: float, n_few: int) -> Longs:
     """Return the number, after merging, of the area that each area becomes part of.
 
     Curvatures below `floor` count as 0. Areas of at most `n_few` single triangles always merge.
     """
     (first, second), each, counts = pairs, np.arange(len(sums)), sums[:, 3]
-    curvatures = sums[:, :2] / np.maximum(sums[:, 2:3], np.finfo(float).tiny)
+    areas = np.maximum(sums[:, 2], np.finfo(float).tiny)
+    curvatures, outer = (sums[:, :2].T / areas).T, np.bincount(first, bends, len(sums)) / areas
     differences = np.abs(curvatures[first] - curvatures[second]).sum(axis=1)
+    differences = np.maximum(differences - OUTER * outer[pairs].max(axis=0), 0)
     differences /= np.maximum(curvatures.sum(axis=1)[pairs].max(axis=0), floor)
     differences /= DIFFERENCE + SCATTER / np.sqrt(counts[pairs].min(axis=0))
     are_few = (counts <= n_few) & (sums[:, 4] <= 3 * counts)
@@ -141,7 +144,8 @@ def _targets(sums: Floats, pairs: Longs, floor: float, n_few: int) -> Longs:
     return np.unique(targets, return_inverse=True)[1]
 
 
-def _distinct(pairs: Longs, n: int) -> Longs:
-    """Remove repeated pairs, and pairs of one of the `n` areas with itself."""
-    keys = np.unique((pairs[0] * n + pairs[1])[pairs[0] != pairs[1]])
-    return np.stack([keys // n, keys % n])
+def _distinct(pairs: Longs, bends: Floats, n: int) -> tuple[Longs, Floats]:
+    """Add up the bends of repeated pairs. Remove pairs of one of the `n` areas with itself."""
+    differ = pairs[0] != pairs[1]
+    keys, at = np.unique((pairs[0] * n + pairs[1])[differ], return_inverse=True)
+    return np.stack([keys // n, keys % n]), np.bincount(at, bends[differ], len(keys)).astype(float)

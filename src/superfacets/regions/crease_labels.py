@@ -200,8 +200,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
     if len(divided):
         is_stray[divided] = True
         part_of_piece = _part_of_piece(regions, is_divided, found, pieces, n_threads)
-        sizes = np.bincount(pieces, minlength=n_pieces)
-        order = divided[np.lexsort((-divided, sizes[divided]))]
+        order = divided[np.lexsort((-divided, np.bincount(pieces, minlength=n_pieces)[divided]))]
         largest = np.empty(int(part_of_piece.max()) + 1, np.int64)
         largest[part_of_piece[order]] = order  # if indices are equal, the last value counts
         is_stray[largest[part_of_piece[divided]]] = False

@@ -231,8 +231,8 @@ def hierarchy(
             " labels or these options"
         )
     source: Any = mesh
+    mask = ConstraintOptions(options.get("mask"))
     if not isinstance(mesh, CellGraph):
-        mask = ConstraintOptions(options.get("mask"))
         source, given = read_with_features(mesh, given, mask, threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
@@ -249,7 +249,8 @@ def hierarchy(
         labels = found.labels
     with _core.Workspace():  # all steps share the threads of the workspace
         graph, costs, regions, n_regions = read_labeled(source, labels, None, weld, threads)
-        table = given.scaled(source, costs.surface.measures)
+        mask = mask if mask.is_used else ConstraintOptions(regions >= 0)
+        table = given.scaled(source, costs.surface.measures, mask)
         kept = constraints.kept_cells(source, graph, weld=weld, n_threads=threads)
         if kept is not None:
             _check_sides(regions, kept.groups)

@@ -211,13 +211,11 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     last = entries[offsets[1:][is_open] - 1] ^ 1
     along[(offsets + ends_before)[1:][is_open] - 1] = segments.ends.ravel()[last]
     arrays = {
-        "vertices": along,
-        "offsets": offsets + ends_before,
-        "regions": segments.regions[entries[offsets[:-1]] >> 1],
-        "is_closed": ~is_open,
+        "vertices": along, "offsets": offsets + ends_before,
+        "regions": segments.regions[entries[offsets[:-1]] >> 1], "is_closed": ~is_open,
         "lengths": np.bincount(numbers, weights=lengths, minlength=len(is_open)),
         "junctions": vertices[~continues],
-    }
+    }  # fmt: skip
     lines = BorderLines(**arrays)
     freeze(lines, **arrays)
     return lines
@@ -231,8 +229,7 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
     highest = np.full(n_vertices, np.iinfo(np.int64).min)
     np.minimum.at(lowest, at, kinds)
     np.maximum.at(highest, at, kinds)
-    is_pair = np.bincount(at, minlength=n_vertices) == 2
-    return np.asarray(is_pair & (lowest == highest))
+    return np.asarray((np.bincount(at, minlength=n_vertices) == 2) & (lowest == highest))
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
@@ -249,12 +246,9 @@ def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
 
 
 def find_boundaries(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    *,
-    weld: float = True,
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: float = True,
     n_threads: int | None = None,
-) -> Bools:
+) -> Bools:  # fmt: skip
     """Return whether each cell has a neighbor with another label.
 
     Cells on both sides of a border are marked, as ``find_boundaries`` of scikit-image marks pixels

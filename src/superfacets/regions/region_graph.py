@@ -233,15 +233,13 @@ class RegionGraph:
         """Offsets (K + 1,), targets and pairs of arcs in both directions between neighbors."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
-        counts = np.bincount(sources, minlength=self.n_regions)
-        offsets = np.concatenate([[0], np.cumsum(counts)])
+        offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=self.n_regions))])
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
         """Return the measure `name`, one of `ARC_VALUES`, of each pair of neighbors, shape (E,)."""
         checked_choice(name, "value", self.ARC_VALUES)
-        plural = "concavities" if name == "concavity" else f"{name}s"
-        values: Array = getattr(self, plural)
+        values: Array = getattr(self, "concavities" if name == "concavity" else f"{name}s")
         return values
 
     @staticmethod
@@ -366,13 +364,9 @@ class RegionGraph:
 
 
 def region_graph(
-    mesh: MeshLike | CellGraph,
-    labels: npt.ArrayLike,
-    *,
-    centers: npt.ArrayLike | None = None,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> RegionGraph:
+    mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, centers: npt.ArrayLike | None = None,
+    weld: float = True, n_threads: int | None = None,
+) -> RegionGraph:  # fmt: skip
     """Return the graph of regions, with measures of regions and of borders between neighbors.
 
     For a result of `segment`, use its attribute ``regions`` instead.

@@ -98,5 +98,6 @@ def _costs_between(
         graph, *between, widths, normals, embedding(base, graph, n_threads), BORDER_COEFFICIENTS,
         n_threads,
     )  # fmt: skip
-    cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / graph.straight_unit
-    return between, np.float32(cost) * rates
+    # A radius beyond the whole surface would make sums of lengths overflow.
+    scale = BORDER_FACTOR * min(plan.size.radius, plan.size.total**0.5) / graph.straight_unit
+    return between, np.float32(strength_of_parts(base) * scale) * rates

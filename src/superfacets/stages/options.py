@@ -55,16 +55,11 @@ class SegmentOptions:
             raise TypeError(f"sizes must be superfacets.Sizes(...), got {type(sizes).__name__}")
         sizes.check_with(count, islands)
         return cls(
-            count=count,
-            init=init,
-            weights=WeightOptions.checked(weights, alpha),
+            count=count, init=init, weights=WeightOptions.checked(weights, alpha),
             loop=LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),
-            constraints=ConstraintOptions(mask, barriers),
-            denoise=checked_denoise(denoise),
-            smooth=checked_flag(smooth, "smooth"),
-            features=Features.of(features),
-            sizes=sizes,
-        )
+            constraints=ConstraintOptions(mask, barriers), denoise=checked_denoise(denoise),
+            smooth=checked_flag(smooth, "smooth"), features=Features.of(features), sizes=sizes,
+        )  # fmt: skip
 
     def for_prepared(self, n_steps: int | None, angle_slack: float, weld: float) -> SegmentOptions:
         """Return options for a mesh after `n_steps` smoothing steps; see `Prepared`."""
@@ -83,12 +78,7 @@ class SegmentOptions:
     def params(self, result: Segmentation) -> dict[str, Any]:
         """Return `Segmentation.params`: these options, and the loop parameters in `result`."""
         return {
-            "denoise": self.n_steps,
-            **self.weights.params,
-            **self.features.params,
-            **self.constraints.params,
-            **result.params,
-            "smooth": self.smooth,
-            "weld": self.weld,
+            "denoise": self.n_steps, **self.weights.params, **self.features.params,
+            **self.constraints.params, **result.params, "smooth": self.smooth, "weld": self.weld,
             **self.sizes.params,
-        }
+        }  # fmt: skip

@@ -32,7 +32,7 @@ from ..mesh.denoising import (
     smoothed,
     suits,
 )
-from ..mesh.faces import FaceMesh, corners_of, mesh_like
+from ..mesh.faces import FaceMesh, corners_of, measure_shapes, mesh_like
 from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
@@ -223,7 +223,7 @@ def read_with_features(
                 " file instead, or an array of colors as features"
             )
     data = load(_DATA)(source, attributes)
-    table = data.features(names, n_threads, constraints.kept_points(source))
+    table = data.features(names, n_threads, constraints.kept_values(source))
     return source, replace(features, table=table)
 
 
@@ -256,11 +256,13 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)
-        areas = prepared.graph.measures  # after smoothing
-        if inside is not None:
-            areas = np.zeros_like(areas)
-            areas[inside.cells] = prepared.graph.measures[inside.cells]
-        share = prepared.kind.sliver_share(
-            prepared.cells, areas, prepared.longest, plan.size.radius, n_threads
-        )
+        cells, areas, longest = prepared.cells, prepared.graph.measures, prepared.longest
+        kept = slice(None) if inside is None else inside.cells
+        if prepared.n_steps:  # smoothing makes faces beside a step in the surface long
+            cells, order = prepared.source, prepared.input_index
+            kept = kept if order is None else order[kept]
+            areas, longest = measure_shapes(cast(FaceMesh, cells), n_threads)[1:]
+        of_kept = np.zeros_like(areas)
+        of_kept[kept] = areas[kept]
+        share = prepared.kind.sliver_share(cells, of_kept, longest, plan.size.radius, n_threads)
     return Planned(plan, sizes, share)

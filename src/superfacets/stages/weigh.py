@@ -77,8 +77,9 @@ def add_features(
     surface, measures = weighed.surface, prepared.graph.measures
     with clock.timed("weights", begins=False):
         costs = weighed.options.features.costs(
-            prepared.source, measures, surface.n_threads, prepared.input_index
-        )
+            prepared.source, measures, surface.n_threads, weighed.options.constraints,
+            prepared.input_index,
+        )  # fmt: skip
         if costs is None or isinstance(weights, Lengths):  # `Lengths` only without features
             return weights, None
         checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
@@ -118,6 +119,5 @@ def ordered_graph(
             may_share_arcs(n_cells, is_symmetric, weighed.plan, weighed.options.loop),
         )  # fmt: skip
         if weighed.of_made_thing:  # made things have costs between parts, so the unit is above 0
-            limit = options.crease_limit(weighed.plan.size.radius)
-            ordered.crease_limit = limit / straight_unit
+            ordered.crease_limit = options.crease_limit(weighed.plan.size.radius) / straight_unit
     return ordered

@@ -14,6 +14,7 @@ from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
 from ..files.formats import FORMATS
 from ..files.guards import named_errors
+from ..graph.constraints import ConstraintOptions
 from ..graph.kinds import are_of_vertices, kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.attributes import COLORS, MeshAttributes, found_name, is_name, stored_colors
@@ -56,12 +57,13 @@ class CellData:
         - Any other name is a property of the faces, points or vertices in the file, or a file of
           `Formats.value_files`, such as ``lh.sulc``, with one number per cell or vertex.
 
-        If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points
-        only; the normals of the other points are 0.
+        If a mask `is_kept` is given, missing normals of a cloud are estimated from the kept points
+        only; the normals of the other points are 0. Faces get the mean of the kept vertices.
 
         Raises a MeshError if a feature is not available.
         """
         columns, groups, of_columns = [], [], list[str]()
+        is_kept = ConstraintOptions(is_kept).kept_values(self.cells)
         for name in names:
             has_texels = self.attributes is not None and self.attributes.texture is not None
             if name in _FROM_TEXTURE or (name == "color" and has_texels and not self._has_color):
@@ -128,7 +130,7 @@ class CellData:
         if texture is None or whys:
             why = f" ({whys[0]})" if whys else ""
             raise MeshError(
-                f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
+                f"features {name}: {self._whole} has no {'complete ' * bool(texture)}texture{why}"
             )
         load("superfacets_textures.texels:check_texture")(texture, self.cells)
         with named_errors(f"features {name}"):
@@ -143,18 +145,20 @@ class CellData:
         if name == "color" and are_points and cells.colors is not None:
             return np.asarray(cells.colors, np.float64)
         wanted = COLORS if name == "color" else (name,)
-        table = self._properties(wanted)
+        table = self._properties(wanted, is_kept=is_kept)
         if table is None:
             normals = ["normals"] * (are_points or kind_of(cells).has_faces)
             fields = {field for table in self._stored for field in table}
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
-                f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
+                f"features {name}: {self._whole} has no property {', '.join(wanted)}: it has"
                 f" {', '.join(known)}; or name a file, such as {name}.npy"
             )
         return table
 
-    def _properties(self, names: Sequence[str], at_vertices: bool = False) -> Floats | None:
+    def _properties(
+        self, names: Sequence[str], at_vertices: bool = False, is_kept: Bools | None = None
+    ) -> Floats | None:
         """Return properties of faces, or else of vertices, with a row per cell; None if missing.
 
         If `at_vertices`, properties of vertices have one row per vertex. A name may be the path of
@@ -166,11 +170,12 @@ class CellData:
             if all(name in stored for name in names):
                 columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
                 table = np.concatenate(columns, axis=1).astype(np.float64)
-                return table if stored is of_faces or at_vertices else _per_cell(table, self.cells)
+                is_ready = stored is of_faces or at_vertices
+                return table if is_ready else _per_cell(table, self.cells, is_kept)
         if len(names) == 1 and names[0].lower().endswith(FORMATS.value_files):
             table = CellFile.values_in(names[0]).astype(np.float64)[:, np.newaxis]
             is_ready = not are_of_vertices(table, self.cells, names[0]) or at_vertices
-            return table if is_ready else _per_cell(table, self.cells)
+            return table if is_ready else _per_cell(table, self.cells, is_kept)
         return None
 
     @property
@@ -178,6 +183,10 @@ class CellData:
         """Properties of faces, and properties of vertices or points, in the file."""
         found = self.attributes or MeshAttributes()
         return found.face, found.vertex
+
+    @property
+    def _whole(self) -> str:
+        return "the cloud" if kind_of(self.cells).are_points else "the mesh"
 
     @cached_property
     def _has_color(self) -> bool:
@@ -225,10 +234,10 @@ def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
 
 
-def _per_cell(table: Floats, cells: Any) -> Floats:
-    """Return the mean row of `table` over the vertices of each cell, or `table` for points."""
+def _per_cell(table: Floats, cells: Any, is_kept: Bools | None = None) -> Floats:
+    """Return the mean row of the kept vertices of each cell, or `table` for points."""
     corners = kind_of(cells).corners(cells)
-    return table if corners is None else corners.means(table)
+    return table if corners is None else corners.means(table, is_kept)
 
 
 def _interpolated(
@@ -249,7 +258,9 @@ def _interpolated(
     for name, values in properties.items():
         new = values[nearest]
         if values.dtype.kind == "f" or name in (*COLORS, "alpha"):
-            change = np.einsum("ij,ij...->i...", shares, values[corners] - new[:, np.newaxis] * 1.0)
+            with np.errstate(invalid="ignore"):  # values may be infinite
+                steps = values[corners] - new[:, np.newaxis] * 1.0
+            change = np.einsum("ij,ij...->i...", shares, steps)
             new = new + (change if values.dtype.kind == "f" else np.rint(change))
         found[name] = np.concatenate([values, new.astype(values.dtype)])
     return found

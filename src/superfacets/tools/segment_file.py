@@ -210,10 +210,11 @@ class FileOptions:
         """Return the arguments of `segment` with a value or row per cell, keyed by name."""
         per_cell = vars(ConstraintOptions(**constraints).per_cell(cells))
         given = {name: values for name, values in per_cell.items() if values is not None}
+        data, is_kept = CellData(cells, attributes), constraints.get("mask")
         if self.min_opacity > 0:
-            given["mask"] = _are_opaque(attributes, self.min_opacity) & given.get("mask", True)
+            is_kept = _are_opaque(attributes, self.min_opacity) & given.get("mask", True)
+            given["mask"] = is_kept
         names, threads = Features.of(self.features).names, self.keywords.get("n_threads")
-        data, is_kept = CellData(cells, attributes), given.get("mask")
         table = data.features(names, checked_threads(threads), is_kept)
         return given if table is None else given | {"features": table}
 

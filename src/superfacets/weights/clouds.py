@@ -10,16 +10,11 @@ from .formulas import WEIGHTS, EdgeFactors, weights_of
 
 
 def build_point_graph(
-    cloud: CloudLike,
-    n_neighbors: int = N_NEIGHBORS,
-    *,
-    cutoff: float = CUTOFF,
-    radius: float = 0.0,
-    alpha: float = WEIGHTS["creases"].defaults["alpha"],
+    cloud: CloudLike, n_neighbors: int = N_NEIGHBORS, *, cutoff: float = CUTOFF,
+    radius: float = 0.0, alpha: float = WEIGHTS["creases"].defaults["alpha"],
     eta_convex: float = WEIGHTS["creases"].defaults["eta_convex"],
-    ridges: float = WEIGHTS["creases"].defaults["ridges"],
-    n_threads: int | None = None,
-) -> CellGraph:
+    ridges: float = WEIGHTS["creases"].defaults["ridges"], n_threads: int | None = None,
+) -> CellGraph:  # fmt: skip
     r"""Return the graph of a cloud, with arcs between near points.
 
     Two points are neighbors if one of them is among the `n_neighbors` nearest points of the other,
@@ -87,12 +82,7 @@ def build_point_graph(
     surface = point_surface(graph, threads)
     arrays = (graph.positions, graph.measures)
     return CellGraph(
-        graph.positions,
-        graph.measures,
-        graph.offsets,
-        graph.neighbors,
-        weights_of(surface, arrays, factors),
-        graph.bounds,
-        weight_unit=graph.diagonal,
+        graph.positions, graph.measures, graph.offsets, graph.neighbors,
+        weights_of(surface, arrays, factors), graph.bounds, weight_unit=graph.diagonal,
         arc_measures=surface.arc_measures(),
-    )
+    )  # fmt: skip

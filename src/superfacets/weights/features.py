@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_number, counted, exact_doubles, refuse_infinite, refuse_mask
-from ..base.errors import FeatureWarning
-from ..base.types import Floats, Ints
+from ..base.checks import checked_number, counted, exact_doubles, refuse_first, refuse_mask
+from ..base.errors import FeatureWarning, MeshError
+from ..base.types import Bools, Floats, Ints
 from ..graph.cell_graph import CellGraph
+from ..graph.constraints import NO_CONSTRAINTS, ConstraintOptions, in_order
 from ..graph.kinds import kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
@@ -92,32 +93,40 @@ class Features:
         return {} if self.table is None else {"feature_weight": self.weight}
 
     def costs(
-        self, source: Cells | CellGraph, measures: Floats, n_threads: int, order: Ints | None = None
-    ) -> FeatureCosts | None:
+        self, source: Cells | CellGraph, measures: Floats, n_threads: int,
+        constraints: ConstraintOptions = NO_CONSTRAINTS, order: Ints | None = None,
+    ) -> FeatureCosts | None:  # fmt: skip
         """Return an object that adds costs of feature differences to the weights of arcs.
 
         The result is None if there are no features or their weight is 0. If the cells were sorted,
-        `order` is the index of each cell in `source`, the input mesh or cloud. Raises a ValueError
-        if features are not finite, or do not have one row per cell or per vertex.
+        `order` is the index of each cell in `source`, the input mesh or cloud. Features of cells
+        outside the mask have no effect. Raises a ValueError if other features are not finite, or if
+        there is not one row per cell or per vertex.
         """
-        table = self.scaled(source, measures, order)
+        table = self.scaled(source, measures, constraints, order)
         if table is None or not self.weight:
             return None
         _warn_if_constant(table, self.table.names if isinstance(self.table, FeatureTable) else ())
         return FeatureCosts(table, self.weight, n_threads)
 
     def scaled(
-        self, source: Cells | CellGraph, measures: Floats, order: Ints | None = None
-    ) -> Floats | None:
+        self, source: Cells | CellGraph, measures: Floats,
+        constraints: ConstraintOptions = NO_CONSTRAINTS, order: Ints | None = None,
+    ) -> Floats | None:  # fmt: skip
         """Return the scaled features of all cells, (N, F), or None if there are no features."""
         if self.table is None:
             return None
-        given, groups = self.table, None
+        given, groups, names = self.table, None, tuple[str, ...]()
         if isinstance(self.table, FeatureTable):
-            given, groups = self.table.values, self.table.groups
-        table = _checked_table(given, len(measures), source)
-        if order is not None:
-            table = table[order]
+            given, groups, names = self.table.values, self.table.groups, self.table.names
+        table = _checked_table(given, len(measures), source, constraints.kept_values(source))
+        is_kept = constraints.per_cell(source).mask
+        _refuse_infinite(table, is_kept, names, kind_of(source).noun)
+        if is_kept is not None:  # the row of a kept cell has no effect
+            is_kept = np.asarray(is_kept)
+            table = np.where(is_kept[:, np.newaxis], table, table[np.argmax(is_kept)])
+            measures = measures * in_order(is_kept, order)
+        table = in_order(table, order)
         scales = _scales(table, measures, groups or ((1, 0.0),) * table.shape[1])
         return np.ascontiguousarray(table * scales)
 
@@ -137,8 +146,8 @@ class FeatureCosts:
         return _core.add_feature_steps(*graph.arcs, given, self.features, factor, self.n_threads)
 
 
-def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
-    """Check features with one row per cell or vertex, and return one row per cell, (N, F)."""
+def _checked_table(given: Any, n_cells: int, source: Any, is_kept: Bools | None) -> Floats:
+    """Return features with one row per cell, (N, F); see `Corners.means` for `is_kept`."""
     refuse_mask(given, "features")
     array = np.asarray(given)
     if array.dtype.kind not in "biuf":
@@ -148,19 +157,34 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     if array.ndim != 2 or not array.shape[1]:
         raise ValueError(f"features must have shape (N, F), F >= 1, got shape {np.shape(given)}")
     table = exact_doubles(array)
-    refuse_infinite(table, "features", ValueError)
     if len(table) == n_cells:
         return table
     corners = kind_of(source).corners(source)
     n_vertices = None if corners is None else source.n_vertices
     if corners is not None and len(table) == n_vertices:
-        return corners.means(table)
+        return corners.means(table, is_kept)
     vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
     is_turned = table.shape[1] in (n_cells, n_vertices)
     raise ValueError(
         f"features must have one row per cell ({n_cells}){vertices}, got"
         f" {counted(len(table), 'row')}{': use numpy.column_stack(features)' * is_turned}"
     )
+
+
+def _refuse_infinite(
+    table: Floats, is_kept: Bools | None, names: tuple[str, ...], noun: str
+) -> None:
+    """Raise an error if kept cells have features that are not finite, a MeshError for names."""
+    is_bad = ~np.isfinite(table) & (True if is_kept is None else np.asarray(is_kept)[:, np.newaxis])
+    rows, columns = is_bad.any(axis=1), is_bad.any(axis=0)
+    if names and rows.any():
+        bad = ", ".join(dict.fromkeys(np.array(names)[columns].tolist()))
+        where = "" if is_kept is None else " in the mask"
+        raise MeshError(
+            f"{bad}: {counted(int(rows.sum()), noun)}{where} without a finite value: leave them out"
+            " with a mask, or fill in values"
+        )
+    refuse_first(rows, "features", table, "finite (leave out cells with a mask)")
 
 
 def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:

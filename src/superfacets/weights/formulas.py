@@ -233,16 +233,10 @@ def superfacet_weights(
 
 
 def crease_weights(
-    mesh: MeshLike,
-    graph: FaceGraph,
-    radius: float,
-    *,
-    alpha: float = 20.0,
-    eta_convex: float = 0.0,
-    ridges: float = 0.35,
-    hollows: bool = True,
+    mesh: MeshLike, graph: FaceGraph, radius: float, *, alpha: float = 20.0,
+    eta_convex: float = 0.0, ridges: float = 0.35, hollows: bool = True,
     n_threads: int | None = None,
-) -> Floats:
+) -> Floats:  # fmt: skip
     r"""Return the weight of each arc, with a cost for creases that does not depend on resolution.
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}

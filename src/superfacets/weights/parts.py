@@ -94,8 +94,7 @@ def conducting_graph(
 
 def strength_of_parts(level: ConductingGraph) -> float:
     """Return the factor from 0 to 1 of costs between parts, and of likely borders."""
-    strength = (level.blocked_fraction - MIN_BLOCKED) / (FULL_BLOCKED - MIN_BLOCKED)
-    return min(max(strength, 0.0), 1.0)
+    return min(max((level.blocked_fraction - MIN_BLOCKED) / (FULL_BLOCKED - MIN_BLOCKED), 0.0), 1.0)
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:

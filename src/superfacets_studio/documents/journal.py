@@ -211,10 +211,9 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """Return the valid lines, their total size in bytes, and a note if the last line is damaged.
+    """Return the valid lines, their size in bytes, and a note if the last line is damaged.
 
-    Raises JournalError if the data is not a work file, was written by a later version, or has a
-    damaged line before the last line.
+    Raises the errors of `parsed_work`.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
         raise JournalError(f"{path}: is not a work file of superfacets studio")

@@ -6,32 +6,25 @@ import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from importlib.resources import files
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
-
-from superfacets import RenderError
 
 from ..documents.files import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, SegmentationTask, checked_parameters
 from .messages import STATUS_OF, Body, JsonReply, answered, body_of, failure, message_of
-from .operations import OPERATIONS, READS, Operation, progress_of, regions_of
+from .operations import OPERATIONS, READS, Operation, border_packet, progress_of, regions_of
 from .security import Guard
 from .thumbnails import Thumbnails
-
-NO_BUNDLE = """<!DOCTYPE html>
-<html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
-<p>The server runs, but this installation has no front end: <code>static/index.html</code> is
-missing. Wheels contain this file; in a source checkout, run <code>make frontend</code>.</p></html>
-"""
 
 _FILE = "/api/files/{id:int}"
 
@@ -58,10 +51,7 @@ class Studio:
 
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
-            try:
-                return Response(self.thumbnails.png(path, self.files.up), media_type="image/png")
-            except RenderError as error:
-                return JsonReply({"error": message_of(error)}, 404)
+            return Response(self.thumbnails.png(path, self.files.up), media_type="image/png")
 
         return await answered(drawn)
 
@@ -80,7 +70,7 @@ class Studio:
         lines = _progress_lines(self.files, number, parameters, is_preview=is_preview)
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
-    def route(self, name: str, work: Operation, method: str) -> Route:
+    def route(self, name: str, work: Operation, method: str, *, locks: bool = True) -> Route:
         """Return the route of an operation, which gets the query (GET) or the JSON body (POST)."""
 
         async def endpoint(request: Request) -> Response:
@@ -88,9 +78,13 @@ class Studio:
             given = dict(request.query_params) if is_read else await body_of(request)
 
             def done() -> object:
-                with self.files.document(request.path_params["id"]) as document, document.lock:
+                number = request.path_params["id"]
+                with (
+                    self.files.document(number) as document,
+                    document.lock if locks else nullcontext(),
+                ):
                     found = work(document, given)
-                    return found if is_read else {**found, **progress_of(document)}
+                    return found if is_read else {**(found or {}), **progress_of(document)}
 
             return await answered(done)
 
@@ -101,22 +95,18 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     """Return the ASGI application: all routes, protected by the access control of `Guard`."""
     static = files("superfacets_studio").joinpath("static")
     routes: list[BaseRoute] = [
-        Route("/", _page), Route("/api/files", studio.list_files),
+        Route("/", lambda _: FileResponse(str(static / "index.html"))),
+        Route("/api/files", studio.list_files),
         Route("/api/quit", studio.quit_server, methods=["POST"]),
         Route(f"{_FILE}/thumbnail", studio.thumbnail),
         Route(f"{_FILE}/segment", studio.segment, methods=["POST"]),
         *(studio.route(name, read, "GET") for name, read in READS.items()),
         *(studio.route(name, do, "POST") for name, do in OPERATIONS.items()),
+        studio.route("borders", border_packet, "GET", locks=False),  # strokes do not wait for it
+        Mount("/static", StaticFiles(directory=str(static))),
     ]  # fmt: skip
-    if static.is_dir():
-        routes.append(Mount("/static", StaticFiles(directory=str(static))))
     handlers = dict.fromkeys((404, 405), _not_found) | dict.fromkeys(STATUS_OF, failure)
     return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
-
-
-async def _page(request: Request) -> Response:
-    index = files("superfacets_studio").joinpath("static", "index.html")
-    return HTMLResponse(index.read_text(encoding="utf-8") if index.is_file() else NO_BUNDLE)
 
 
 async def _not_found(request: Request, error: Exception) -> Response:

@@ -9,9 +9,9 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from superfacets import MeshError, View
+from superfacets import MeshError, View, cut_borders
 from superfacets.kit import FORMATS, as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show import PALETTE, color_parts, shape_of, texture_parts
+from superfacets_show import MOST_CUT, PALETTE, color_parts, shape_of, texture_parts
 
 from ..documents.agreement import Side
 from ..documents.changes import Change
@@ -124,6 +124,41 @@ def _region_packet(document: Document, query: Body) -> bytes:
     return packet(header, {"arcs": graph.edge_index.T.astype(np.uint32)})
 
 
+def border_packet(document: Document, query: Body) -> bytes:
+    """Return the parts of faces that smooth borders give to another region, as a `packet`.
+
+    The parts are triangles. ``sources`` is the face of each part, and ``shown`` the face as which
+    it is drawn: a face near the part, of the region that gets it. The result is empty if cells are
+    not faces, or are more than `MOST_CUT`.
+    """
+    cells, labels = document.cells, document.revisions.get(_number(query)).labels
+    if not kind_of(cells).has_faces or document.n_cells > MOST_CUT:
+        return packet({}, {})
+    cut = cut_borders(as_mesh(cells), labels, n_threads=1)  # the browser draws at the same time
+    faces, n = cut.mesh.faces, np.int64(cut.mesh.n_vertices)
+    is_part = cut.labels != labels[cut.sources]
+    near = np.flatnonzero(np.isin(faces, faces[is_part]).any(axis=1))
+    shown = np.where(is_part, -1, cut.sources)[near]
+    numbers = np.unique(faces[near] + n * cut.labels[near, None], return_inverse=True)[1]
+    places = numbers.reshape(-1, 3)  # of corners: a vertex and a region
+    before = np.empty(0)
+    while not np.array_equal(before, shown):  # in rounds, parts get the face of a neighbor
+        before, known = shown, np.full(places.max(initial=0) + 1, -1)
+        np.maximum.at(known, places, shown[:, None])
+        shown = np.where(shown < 0, known[places].max(axis=1), shown)
+    is_drawn = is_part[near] & (shown >= 0)
+    parts = near[is_drawn]
+    used, triangles = np.unique(faces[parts], return_inverse=True)
+    positions = (cut.mesh.vertices[used] - cells.bounds.mean(axis=0)).astype(np.float32)
+    arrays = {
+        "triangles": triangles.reshape(-1, 3),
+        "sources": cut.sources[parts],
+        "shown": shown[is_drawn],
+    }
+    whole = {name: array.astype(np.uint32) for name, array in arrays.items()}
+    return packet({}, {"positions": positions, **whole})
+
+
 def _suggestion_packet(document: Document, query: Body) -> bytes:
     """Return the list of suggestions, and for each cell the number of its suggestion, or 0.
 
@@ -141,12 +176,6 @@ def _suggestion_packet(document: Document, query: Body) -> bytes:
     return packet({"suggestions": entries}, {"owners": owners})
 
 
-def _their_paint(document: Document, query: Body) -> bytes:
-    """Return class and object of each cell in the compared work file; empty if there is none."""
-    theirs = document.theirs
-    return b"" if theirs is None else theirs.paint.astype("<u4").tobytes()
-
-
 def _exported(document: Document, query: Body) -> Response:
     what, format = str(query.get("what", "cells")), str(query.get("format"))
     name, content = export_bytes(document, what, format)
@@ -161,12 +190,15 @@ READS: dict[str, Operation] = {
     ),
     "paint": lambda document, _: document.state.paint.astype("<u4").tobytes(),
     "export": _exported, "mesh": _mesh_packet, "regions": _region_packet, "state": _state,
-    "suggestions": _suggestion_packet, "theirs": _their_paint,
+    "suggestions": _suggestion_packet,
+    "theirs": lambda document, _: (  # empty if no work file is compared
+        b"" if document.theirs is None else document.theirs.paint.astype("<u4").tobytes()
+    ),
 }  # fmt: skip
 
 
 def _paint(document: Document, body: Body) -> Body:
-    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
+    class_id, object_id = _object_in(body)
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a string of at most {MAX_STROKE} characters")
@@ -181,17 +213,6 @@ def _similar(document: Document, body: Body) -> Body:
     graph = revision.graph(document.segmenter.surface)
     region = _whole(body.get("region"), "region")
     return {"regions": similar_regions(graph, region, body.get("tolerance", 0.1))}
-
-
-def _split_object(document: Document, body: Body) -> Body:
-    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-    return {"objects": document.split_object(class_id, object_id)}
-
-
-def _name_object(document: Document, body: Body) -> Body:
-    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-    document.name_object(class_id, object_id, body.get("name"))
-    return {}
 
 
 def _compare(document: Document, body: Body) -> Body:
@@ -221,11 +242,6 @@ def _compared(document: Document) -> Body:
         "differs": base64_of(document.differing()),
         "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
     }
-
-
-def _review(document: Document, body: Body) -> Body:
-    document.review(checked_flag(body.get("reviewed"), "reviewed"))
-    return {}
 
 
 def _set_classes(document: Document, body: Body) -> Body:
@@ -288,11 +304,20 @@ def _files(body: Body) -> dict[str, bytes]:
 OPERATIONS: dict[str, Operation] = {
     "undo": lambda document, _: _effect(document, document.undo()),
     "redo": lambda document, _: _effect(document, document.redo()),
+    "split-object": lambda document, body: {"objects": document.split_object(*_object_in(body))},
+    "name-object": lambda document, body: document.name_object(*_object_in(body), body.get("name")),
+    "review": lambda document, body: (
+        document.review(checked_flag(body.get("reviewed"), "reviewed"))
+    ),
     "paint": _paint, "similar": _similar, "split": _split, "refine": _refine, "settle": _settle,
-    "classes": _set_classes, "split-object": _split_object, "name-object": _name_object,
-    "compare": _compare, "accept": _accept, "review": _review,
+    "classes": _set_classes, "compare": _compare, "accept": _accept,
     "export": _export, "import": _import,
 }  # fmt: skip
+
+
+def _object_in(body: Body) -> tuple[int, int]:
+    """Return the class and the object number in a request; without number, the object is 0."""
+    return _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
 
 
 def _numbers(value: object, name: str) -> list[int]:

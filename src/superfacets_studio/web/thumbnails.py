@@ -1,7 +1,4 @@
-"""Draw small pictures of meshes (thumbnails) for the list of files.
-
-A separate process draws each picture, so that a crash of a graphics driver does not end the server.
-"""
+"""Draw thumbnails in another process, so that a crash of a graphics driver ends no server."""
 
 from __future__ import annotations
 
@@ -46,8 +43,10 @@ class Thumbnails:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
             # Without -P, Python could import modules from the current folder.
-            command = [sys.executable, "-P", "-m", __name__, up, str(path), str(target)]
-            status, errors = self._run(command)
+            render = [sys.executable, "-P", "-m", "superfacets", "render", str(path.absolute())]
+            status, errors = self._run(
+                [*render, "--up", up, "--size", "320x240", "-o", str(target)]
+            )
             if status or not target.exists():
                 lines = errors.strip().splitlines()
                 raise RenderError(lines[-1] if lines else f"drawing failed with status {status}")
@@ -70,18 +69,3 @@ class Thumbnails:
             finally:
                 self._drawing = None
         return process.returncode, errors
-
-
-def main() -> None:
-    """Draw a picture; arguments are the axis that points up, the file, and the path of the PNG."""
-    from superfacets import View, plot
-
-    up, source, target = sys.argv[1:4]
-    try:
-        plot(source, output=target, size=(320, 240), view=View(up=up))  # type: ignore[arg-type]
-    except Exception as error:
-        sys.exit(f"{type(error).__name__}: {error}")
-
-
-if __name__ == "__main__":
-    main()

@@ -51,6 +51,7 @@ def studio(shared, errors):
     server, tab = shared
     if tab.page.url == "about:blank":
         tab.page.goto(server.address)
+    tab.page.bring_to_front()  # others are slow
     tab.ready().begin_anew()
     return server, tab
 
@@ -69,19 +70,29 @@ def serve():
         server.stop()
 
 
+@pytest.fixture(scope="module")
+def blank_pages():
+    """Return a list of open pages that show nothing, because a new one takes twice as long."""
+    return []
+
+
 @pytest.fixture
-def open_tab(context, errors):
-    """Return a function that opens an address in a new tab."""
+def open_tab(context, errors, blank_pages):
+    """Return a function that opens an address in a tab with the size of a new one."""
     pages = []
 
     def open_page(address):
-        pages.append(context.new_page())
+        pages.append(blank_pages.pop() if blank_pages else context.new_page())
+        pages[-1].bring_to_front()
+        pages[-1].set_viewport_size(VIEW["viewport"])
         pages[-1].goto(address)
         return Tab(pages[-1]).ready()
 
     yield open_page
     for page in pages:
-        page.close()
+        if not page.is_closed():
+            page.goto("about:blank")
+            blank_pages.append(page)
 
 
 @pytest.fixture

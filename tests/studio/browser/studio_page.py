@@ -8,6 +8,7 @@ import sys
 import threading
 import urllib.request
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from studio_client import COMMAND
@@ -27,24 +28,8 @@ READY = """window.studio && studio.ready && studio.isIdle
     && document.querySelector("#canvas").width
         === Math.floor(document.querySelector("#view").clientWidth * devicePixelRatio)"""
 
-CHECK_FRAMES = """() => {
-    const { drawing, drawing: { gpu, gpu: { gl }, canvas } } = studio.workbench;
-    const { draw } = Object.getPrototypeOf(drawing);
-    drawing.pixels = () => {
-        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-        return new Uint32Array(gpu.read(0, 0, canvas.width, canvas.height).buffer);
-    };
-    drawing.draw = (samples) => {
-        draw.call(drawing, samples);
-        if (samples > 1) return;  // `pixelAt` draws for each pixel
-        const drawn = drawing.pixels();
-        drawing.part = [...gl.getParameter(gl.SCISSOR_BOX)];
-        drawing.changed = null;
-        draw.call(drawing, samples);
-        if (drawing.pixels().some((color, i) => color !== drawn[i])) throw new Error("part");
-    };
-}"""
-"""Compare each frame, of which only a part may be drawn anew, with the whole frame."""
+SCRIPT = Path(__file__).with_name("studio_page.js").read_text(encoding="utf-8")
+"""Functions that the page gets, in the object `tests`."""
 
 
 class Server:
@@ -134,7 +119,7 @@ class Tab:
         self.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
         # Antialiased pictures cost most of the time without a graphics card.
         self.evaluate("studio.workbench.drawing.refine = () => {}")
-        self.evaluate(CHECK_FRAMES)
+        self.evaluate(SCRIPT)
         return self
 
     def looks_from_one_side(self):
@@ -152,17 +137,7 @@ class Tab:
     def begin_anew(self):
         """Undo all work, and reset the view."""
         self.page.emulate_media(color_scheme="light")
-        self.evaluate("""async () => {
-            const { workbench } = studio;
-            document.activeElement.blur();
-            while (workbench.session.state.can_undo) await workbench.session.undo();
-            workbench.hover(-1);
-            workbench.clearSelection();
-            workbench.showAll();
-            delete workbench.drawing.camera.posesAround;
-            workbench.drawing.camera.home();
-            workbench.choose(1, 1);
-        }""")
+        self.evaluate("tests.beginAnew()")
         self.press("Escape")
         self.away()
         self.settled()
@@ -188,23 +163,21 @@ class Tab:
         self.settled()
 
     def labels(self):
-        return np.array(self.evaluate("studio.labels()"))
+        return self._numbers("studio.labels()")
 
     def classes(self):
-        return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
+        return self._numbers("studio.labels().map((_, cell) => studio.classOf(cell))")
+
+    def _numbers(self, script):
+        """Return an array of JavaScript. Its JSON is passed because that takes less time."""
+        return np.array(json.loads(self.evaluate(f"JSON.stringify({script})")))
 
     def spots(self, n):
         """Return (region, x, y), a place well inside each clearly visible region; None: all.
 
         Messages cover the lowest 60 pixels.
         """
-        found = self.evaluate("""() => {
-            const { clientWidth, clientHeight } = document.querySelector("#canvas");
-            const found = [];
-            for (let y = 4; y < clientHeight - 60; y += 8)
-                for (let x = 4; x < clientWidth; x += 8) found.push([studio.regionAt(x, y), x, y]);
-            return found.filter(([region]) => region >= 0);
-        }""")
+        found = self.evaluate("tests.places()")
         seen = {}
         for region, x, y in found:
             seen.setdefault(region, []).append((x, y))

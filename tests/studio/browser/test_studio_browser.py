@@ -77,6 +77,40 @@ def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(s
     np.testing.assert_allclose(tab.hue_at(*spots[0][1:]), hue(colors[0]), atol=0.03)
 
 
+def test_borders_are_smooth_but_labels_and_picked_cells_are_the_same(serve, open_tab, tmp_path):
+    rows, columns = np.indices((28, 24))
+    points = np.stack([columns + rows % 2 / 2, rows * 0.75**0.5], axis=-1).reshape(-1, 2)
+    mesh = Mesh(np.insert(points, 2, 0.0, axis=1), spatial.Delaunay(points).simplices)
+    write_mesh(tmp_path / "flat.ply", mesh)
+    tab = open_tab(serve(tmp_path / "flat.ply", 6).address)
+    tab.until("studio.workbench.smoothed === studio.workbench.session.regions")
+    tab.evaluate("studio.workbench.drawing.camera.turnTo(0, Math.PI / 2)")
+    tab.click(*tab.spots(1)[0][1:])
+    tab.away()
+    before = tab.labels(), tab.classes()
+
+    def seen():
+        """Return the picked cells, and the number of turns along the sides of the painted part."""
+        cells, colors, width = tab.evaluate("""() => {
+            const { drawing } = studio.workbench;
+            drawing.draw(1);
+            return [[...drawing.cellsSeen().cells], [...drawing.pixels()], drawing.canvas.width];
+        }""")
+        colors = np.array(colors, np.uint32).view(np.uint8).reshape(-1, width, 4)
+        is_painted = np.ptp(colors[..., :3], axis=2) > 60
+        steps = np.diff([np.flatnonzero(row)[[0, -1]] for row in is_painted if row.any()], axis=0)
+        return cells, sum(np.count_nonzero(np.diff(np.sign(side[side != 0]))) for side in steps.T)
+
+    smooth = seen()
+    tab.press("b")  # for single cells, whole faces are drawn
+    exact = seen()
+    assert (exact[0], smooth[1]) == (smooth[0], 0)
+    assert exact[1] >= 4
+    tab.press("v")
+    assert seen() == smooth
+    np.testing.assert_array_equal((tab.labels(), tab.classes()), before)
+
+
 def test_drag_shift_and_ctrl_paint_erase_and_pick(studio):
     server, tab = studio
     (first, *a), (second, *b), (third, *c) = tab.spots(3)
@@ -180,7 +214,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
     server.kill()
     tab.click(x, y)
     tab.page.wait_for_selector("#banner:has-text('1 unsaved stroke')")
-    tab.page.on("dialog", lambda dialog: dialog.accept())
+    tab.page.once("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
     server.start()
     tab.page.goto(server.address)
@@ -292,13 +326,13 @@ def test_a_view_button_pressed_again_shows_the_opposite_side(studio):
 def test_the_introduction_tells_to_name_a_class_only_if_no_class_has_a_name(
     serve, browser, tmp_path
 ):
-    for name, is_shown in (("class 1", True), ("roof", False)):
-        folder = tmp_path / name
-        folder.mkdir()
-        write_mesh(folder / "bear.ply", sample_mesh(3_000))
-        (folder / "superfacets-classes.json").write_text(f'["{name}"]')
-        with browser.new_page(**VIEW) as page:
-            page.goto(serve(folder, 40).address)
+    with browser.new_page(**VIEW) as page:
+        for name, is_shown in (("class 1", True), ("roof", False)):
+            folder = tmp_path / name
+            folder.mkdir()
+            write_mesh(folder / "bear.ply", sample_mesh(3_000))
+            (folder / "superfacets-classes.json").write_text(f'["{name}"]')
+            page.goto(serve(folder, 40).address)  # the browser remembers visits by address
             page.wait_for_function("() => window.studio && studio.ready")
             assert page.locator("#welcome").is_visible()
             assert page.locator("#welcome-name").is_visible() == is_shown
@@ -496,8 +530,7 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
         write_mesh(folder / name, sample_mesh(3_000))
     (folder / "aa.ply").write_text("ply")
     (folder / "0.ply").write_text("ply")
-    server = serve(folder, 30)
-    tab = open_tab(server.address)
+    tab = open_tab(serve(folder, 30).address)
     assert tab.locator("#files button").count() == 4
     assert "0.ply" in tab.locator("#error span").text_content()
     tab.locator("input[aria-label^='Name of']").first.fill("head")
@@ -551,8 +584,7 @@ def test_all_kinds_of_cells_are_painted(serve, open_tab, tmp_path):
         np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[2]), atol=0.04)
 
         tab.press("b", "1", "ArrowRight", "Enter")
-        cell = tab.evaluate("studio.cellCursor()")
-        assert (tab.classes() == 1).nonzero()[0].tolist() == [cell]
+        assert (tab.classes() == 1).nonzero()[0].tolist() == [tab.evaluate("studio.cellCursor()")]
         tab.press("Escape", "PageDown")
 
 

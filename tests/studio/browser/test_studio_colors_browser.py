@@ -61,8 +61,7 @@ def test_labeled_cells_have_the_hue_of_the_class_and_the_lightness_of_the_mesh(
     assert np.degrees(np.abs(np.angle(np.exp(1j * (hues[0] - hues[1]))))).max() < 6
     chromas = [np.hypot(colors[..., 1], colors[..., 2]) for colors in (found, wanted)]
     assert (chromas[0] / chromas[1]).min() > 0.4  # dark colors of full chroma do not exist
-    order = np.argsort(oklab(np.array(OWN))[:, 0])
-    assert (np.diff(found[:, order, 0], axis=1) > -0.01).all()
+    assert (np.diff(found[:, np.argsort(oklab(np.array(OWN))[:, 0]), 0], axis=1) > -0.01).all()
 
 
 def test_objects_that_touch_have_different_shades(serve, open_tab, tmp_path):

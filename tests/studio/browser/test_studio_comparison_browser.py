@@ -15,6 +15,7 @@ def compare(serve, open_tab, bear, tmp_path):
     def begin(n, n_mine, paint):
         server = serve(bear, 40)
         tab = open_tab(server.address)
+        tab.looks_from_one_side()
         spots = tab.spots(n)
         for _, x, y in spots[:n_mine]:
             tab.click(x, y)

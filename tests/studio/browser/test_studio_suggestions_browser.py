@@ -18,6 +18,7 @@ def suggest(tmp_path):
 
     def given(tab, labels):
         spots, of_cells = tab.spots(len(labels)), tab.labels()
+        tab.looks_from_one_side()
         np.save(tmp_path / "lifted.npy", of_cells.astype(np.int32))
         groups = [
             {"segments": [region], "label": label, "score": score}

@@ -25,8 +25,7 @@ def write_wall(folder):
 
 
 def test_pixels_have_the_colors_of_the_texture_after_t(serve, open_tab, tmp_path):
-    server = serve(write_wall(tmp_path), 16)
-    tab = open_tab(server.address)
+    tab = open_tab(serve(write_wall(tmp_path), 16).address)
     tab.until("studio.workbench.drawing.ownColors.isShown")
     assert tab.locator("#texture").input_value() == "0.5"
     tab.locator("#borders").uncheck()

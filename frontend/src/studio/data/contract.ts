@@ -66,7 +66,6 @@ export interface FileEntry {
   changed_since_review?: boolean;
   time?: number; // of the last step, in seconds since 1970
   statistics?: Statistics;
-  n_cells?: number;
   error?: string;
 }
 
@@ -109,16 +108,12 @@ export interface CompareReply extends Progress {
   bare: string; // cells labeled only in the other file, as base64 of uint32 numbers
 }
 
-export interface SplitReply extends Progress {
-  revision: number;
-  n_regions: number;
-}
+export type SplitReply = Progress & Pick<State, "revision" | "n_regions">;
 
 /** A line of the streamed response to a `segment` request. */
 export interface SegmentLine {
   stage?: string;
   iteration?: number;
-  moved?: number;
   revision?: number;
   n_regions?: number;
   seconds?: number;

@@ -157,9 +157,7 @@ export class Paints {
   }
 
   get totalArea(): number {
-    let sum = 0;
-    for (const area of this.areaOf.values()) sum += area;
-    return sum;
+    return [...this.areaOf.values()].reduce((sum, area) => sum + area, 0);
   }
 
   /** Fraction of the area that has a class, 0 to 1. */
@@ -194,9 +192,7 @@ export class Paints {
 
   /** Total area of the given cells that have no class. */
   bareArea(cells: Uint32Array): number {
-    let sum = 0;
-    for (const cell of cells) if (this.of[cell] === 0) sum += this.areas[cell];
-    return sum;
+    return cells.reduce((sum, cell) => sum + (this.of[cell] ? 0 : this.areas[cell]), 0);
   }
 
   /** The paint (class and object) with the largest area among the given cells, except the paints in `ignored`. */

@@ -69,7 +69,7 @@ export class CellCursor {
 
   /** Give the cell at the cursor the class and object encoded by `paint`; 0 removes class and object. */
   paint(paint: number): void {
-    this.workbench.paintCells(Uint32Array.of(this.cell), paint);
+    this.workbench.session.paint(Uint32Array.of(this.cell), paint);
     this.workbench.sayPainted(this.name, paint);
   }
 
@@ -128,13 +128,15 @@ export class CellCursor {
     const { clientWidth, clientHeight } = drawing.canvas;
     const [x, y] = [place.x / clientWidth, place.y / clientHeight];
     if (Math.min(x, y, 1 - x, 1 - y) < MARGIN) return false;
-    return this.isFacing(cell) && picker.cellAt(place) === cell;
+    return this.isFacing(cell, place);
   }
 
-  private isFacing(cell: number): boolean {
+  /** Whether a cell is visible at its place on the canvas, and faces the camera. */
+  private isFacing(cell: number, place = this.workbench.picker.placeOf(cell)): boolean {
     const normal = normalized(this.mesh.normalOf(cell));
     const toward = this.workbench.drawing.camera.directions()[2];
-    return lengthOf(normal) === 0 || dot(normal, toward) > MIN_FACING;
+    const isFront = lengthOf(normal) === 0 || dot(normal, toward) > MIN_FACING;
+    return isFront && place !== null && this.workbench.picker.cellAt(place) === cell;
   }
 
   /** Move the camera close to the cell. If the cell is visible and faces the camera, the viewing direction is kept. */
@@ -143,10 +145,8 @@ export class CellCursor {
     const middle = mesh.middleOf(cell)!;
     const corners = mesh.cornersOf(cell);
     const radius = corners ? lengthOf(minus(corners[0], middle)) : mesh.shape.facts.point_size;
-    const { drawing, picker } = this.workbench;
-    const place = picker.placeOf(cell);
-    const isShown = place !== null && this.isFacing(cell) && picker.cellAt(place) === cell;
-    const normal: Vector = isShown ? [0, 0, 0] : mesh.normalOf(cell);
+    const { drawing } = this.workbench;
+    const normal: Vector = this.isFacing(cell) ? [0, 0, 0] : mesh.normalOf(cell);
     drawing.camera.fly(middle, normal, Math.min(drawing.camera.distance, STAND_OFF * radius));
   }
 

@@ -8,7 +8,7 @@ import type { Comparison } from "../panels/comparison";
 import type { Suggestions } from "../panels/suggestions";
 import type { Walk } from "./walk";
 import { savedText } from "../panels/notices";
-import { SCHEMES } from "./pointer";
+import type { Scheme } from "./pointer";
 import type { Views } from "../panels/views";
 import { element, make, onClick } from "../../shared/dom";
 import { text } from "../text/index";
@@ -51,19 +51,15 @@ export class Keys {
   private readonly help = element<HTMLDialogElement>("help");
   private readonly scheme = element<HTMLSelectElement>("scheme");
 
-  private readonly modes: Modes;
-  private readonly walk: Walk;
-
-  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, palette, suggestions, walk, goToFile }: Parts) {
-    this.modes = modes;
-    this.walk = walk;
+  constructor(private readonly workbench: Workbench, private readonly parts: Parts) {
+    const { comparison, suggestions, goToFile } = parts;
     this.groups = {
-      [text.help.labeling]: this.labeling(palette),
+      [text.help.labeling]: this.labeling(),
       [text.help.objects]: this.objects(),
       [text.help.regions]: this.regions(),
       [text.help.modes]: this.modeKeys(),
-      [text.help.view]: [...this.view(views), this.textureKey(comparison)],
-      [text.help.sections]: this.sections(clip),
+      [text.help.view]: [...this.view(), this.textureKey()],
+      [text.help.sections]: this.sections(),
       [text.help.suggestions]: [
         { names: ["a"], what: words.accept, run: () => suggestions.accept() },
         { names: ["Shift+a"], what: words.acceptAs, run: () => suggestions.accept(true) },
@@ -93,8 +89,8 @@ export class Keys {
     returnFocus(workbench.drawing.canvas);
   }
 
-  private labeling(palette: Palette): Key[] {
-    const { workbench, modes } = this;
+  private labeling(): Key[] {
+    const { workbench, parts: { modes, palette } } = this;
     return [
       { names: ["/"], what: words.find, run: () => palette.open() },
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
@@ -128,7 +124,8 @@ export class Keys {
     this.workbench.say(text.session.savedIn(savedText(session), session.state.work));
   }
 
-  private sections(clip: ClipBox): Key[] {
+  private sections(): Key[] {
+    const { clip } = this.parts;
     return [
       ...["x", "y", "z"].map((name, axis) => ({
         names: [`Alt+${name}`], shown: axis ? "" : words.sectionKeys, what: words.section,
@@ -156,7 +153,7 @@ export class Keys {
   }
 
   private regions(): Key[] {
-    const { workbench, modes } = this;
+    const { workbench, parts: { modes } } = this;
     return [
       { names: ["n"], what: words.nextRegion, run: () => workbench.moveCursor(1) },
       { names: ["p"], what: words.previousRegion, run: () => workbench.moveCursor(-1) },
@@ -172,7 +169,7 @@ export class Keys {
   }
 
   private modeKeys(): Key[] {
-    const { modes } = this;
+    const { modes } = this.parts;
     return [
       { names: ["v", "Escape"], shown: words.paintModeKeys, what: words.paintMode, run: () => this.leave() },
       { names: ["b"], what: words.brush, run: () => modes.nextBrush() },
@@ -185,8 +182,8 @@ export class Keys {
     ];
   }
 
-  private view(views: Views): Key[] {
-    const { modes } = this;
+  private view(): Key[] {
+    const { modes, views, walk } = this.parts;
     const { camera } = this.workbench.drawing;
     const arrows = (prefix: string, all: string, what: string, go: (x: number, y: number) => void): Key[] =>
       ARROWS.map(([name, x, y], i) => ({
@@ -198,14 +195,14 @@ export class Keys {
       { names: ["i"], what: words.zoomIn, run: () => camera.zoomBy(1.25) },
       { names: ["Shift+i"], what: words.zoomOut, run: () => camera.zoomBy(0.8) },
       ...views.keys(),
-      { names: ["q"], what: words.walk, run: () => this.walk.toggle() },
+      { names: ["q"], what: words.walk, run: () => walk.toggle() },
       ...TURNS.map(([digit, x, y]) => ({ names: [`Numpad${digit}`], shown: "", what: "", run: () => camera.orbit(x, y) })),
       { names: ["Numpad5"], shown: "", what: "", run: () => this.workbench.say(text.mouse.noParallel) },
     ];
   }
 
-  private textureKey(comparison: Comparison): Key {
-    const { blend } = this.workbench.drawing;
+  private textureKey(): Key {
+    const { workbench: { drawing: { blend } }, parts: { comparison } } = this;
     const run = (): void => {
       if (comparison.isOpen) void comparison.settle("theirs");
       else if (!blend.toggle()) this.workbench.say(text.views.noTexture);
@@ -214,14 +211,14 @@ export class Keys {
   }
 
   private leave(): void {
-    this.modes.choose("paint");
+    this.parts.modes.choose("paint");
     this.workbench.clearSelection();
   }
 
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (document.querySelector("dialog[open]") || !this.workbench.session.paints || target.closest(FIELDS)) return;
-    if (this.walk.press(event)) return event.preventDefault();
+    if (this.parts.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
     // In Blender, digits of the number pad change the view, so here they must not choose classes. Ctrl with + is the browser's.
     const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey;
@@ -250,7 +247,7 @@ export class Keys {
       const how = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
       return [[how, what]];
     }));
-    const mouse = [...SCHEMES[this.scheme.value].rows, ...text.mouse.commonRows];
+    const mouse = [...text.mouse.schemes[this.scheme.value as Scheme].rows, ...text.mouse.commonRows];
     const titles = [text.help.mouse, ...Object.keys(this.groups)];
     const sections = [mouse, ...rows].map((list, i) => make("section", {},
       make("h3", {}, titles[i]),

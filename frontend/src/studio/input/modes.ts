@@ -55,6 +55,7 @@ export class Modes {
   choose(name: ModeName): void {
     if (this.workbench.session.mesh) this.tool.leave();
     this.current = name;
+    this.workbench.drawing.setExact(name !== "paint" && name !== "lasso"); // other tools choose single cells
     if (this.workbench.session.mesh) this.tool.enter();
     this.show();
     for (const run of this.onChoose) run();

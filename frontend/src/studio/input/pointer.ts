@@ -11,51 +11,31 @@ import { text } from "../text/index";
 
 type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 
-interface Scheme {
-  name: string;
-  hint: string; // text of the toolbar: how to rotate, move and zoom
-  rows: string[][]; // input and effect, for each row of the help dialog
-  drag: (event: Press) => Drag;
-}
-
 type Press = Pick<PointerEvent, "button" | "altKey" | "ctrlKey" | "metaKey" | "shiftKey">;
 
 const isControl = (event: Press): boolean => event.ctrlKey || event.metaKey;
 
 const words = text.mouse;
 
-export const SCHEMES: Record<string, Scheme> = {
-  studio: {
-    name: words.studio,
-    hint: words.studioHint,
-    rows: words.studioRows,
-    drag: (event) => {
-      if (event.button === 2) return "orbit";
-      if (event.button === 1 || event.altKey) return "pan";
-      return isControl(event) ? "pick" : "tool";
-    },
+/** Action of a drag with each mouse button, in each scheme. */
+const SCHEMES = {
+  studio: (event: Press): Drag => {
+    if (event.button === 2) return "orbit";
+    if (event.button === 1 || event.altKey) return "pan";
+    return isControl(event) ? "pick" : "tool";
   },
-  blender: {
-    name: words.blender,
-    hint: words.blenderHint,
-    rows: words.blenderRows,
-    drag: (event) => {
-      if (event.button === 2) return "pick";
-      if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
-      return event.altKey ? "orbit" : isControl(event) ? "pick" : "tool";
-    },
+  blender: (event: Press): Drag => {
+    if (event.button === 2) return "pick";
+    if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
+    return event.altKey ? "orbit" : isControl(event) ? "pick" : "tool";
   },
-  meshlab: {
-    name: words.meshlab,
-    hint: words.meshlabHint,
-    rows: words.meshlabRows,
-    drag: (event) => {
-      if (event.button === 2) return isControl(event) ? "pick" : "tool";
-      if (event.button === 1 || isControl(event)) return "pan";
-      return event.shiftKey ? "zoom" : "orbit";
-    },
+  meshlab: (event: Press): Drag => {
+    if (event.button === 2) return isControl(event) ? "pick" : "tool";
+    if (event.button === 1 || isControl(event)) return "pan";
+    return event.shiftKey ? "zoom" : "orbit";
   },
 };
+export type Scheme = keyof typeof SCHEMES;
 
 const SCHEME_KEY = "superfacets mouse";
 const DOUBLE_MS = 400; // longest time between the two presses of a double click, in milliseconds
@@ -72,7 +52,7 @@ export class Pointer {
   private turned = { at: -Infinity, place: { x: 0, y: 0 } }; // time and place of the last press that turned or moved the view
   private waiting: PointerEvent | null = null;
   private isOver = false; // whether a mouse pointer is over the canvas
-  private scheme = SCHEMES.studio;
+  private scheme: Scheme = "studio";
 
   constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
     this.canvas = workbench.drawing.canvas;
@@ -94,10 +74,10 @@ export class Pointer {
   }
 
   private watchScheme(list: HTMLSelectElement): void {
-    for (const [id, { name }] of Object.entries(SCHEMES)) list.append(make("option", { value: id }, name));
+    for (const [id, { name }] of Object.entries(words.schemes)) list.append(make("option", { value: id }, name));
     const choose = (): void => {
-      this.scheme = SCHEMES[list.value];
-      element("turning").textContent = this.scheme.hint;
+      this.scheme = list.value as Scheme;
+      element("turning").textContent = words.schemes[this.scheme].hint;
     };
     const kept = remembered(SCHEME_KEY) ?? "studio";
     list.value = kept in SCHEMES ? kept : "studio";
@@ -124,7 +104,7 @@ export class Pointer {
     this.tool = this.modes.tool;
     const isFront = event.altKey && this.tool.takesAlt;
     const { button, ctrlKey, metaKey, shiftKey } = event;
-    this.drag = this.scheme.drag(isFront ? { button, ctrlKey, metaKey, shiftKey, altKey: false } : event);
+    this.drag = SCHEMES[this.scheme](isFront ? { button, ctrlKey, metaKey, shiftKey, altKey: false } : event);
     if (this.drag === "pick") this.pickPaint();
     if (this.drag === "orbit" || this.drag === "pan") this.pressToTurn(event.timeStamp);
     if (this.drag !== "tool") return;

@@ -111,7 +111,7 @@ export class RegionBrush extends Brush {
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
       workbench.countReplaced([region], this.paint, this.replaced);
-      this.nChanged += workbench.paintCells(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
+      this.nChanged += workbench.session.paint(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
     }
     workbench.hover(cell);
   }
@@ -183,7 +183,7 @@ export class CellBrush extends Brush {
     const around = workbench.picker.cellsAround(place, this.radius, this.isBall);
     const fresh = around.filter((cell) => !this.touched.has(cell));
     for (const cell of fresh) this.touched.add(cell);
-    workbench.paintCells(Uint32Array.from(fresh), this.paint, this.strokeId);
+    workbench.session.paint(Uint32Array.from(fresh), this.paint, this.strokeId);
   }
 
   end(): void {
@@ -341,7 +341,7 @@ export class Lasso extends Tool {
   }
 
   private paintCells(inside: Map<number, number>): void {
-    this.workbench.paintCells(Uint32Array.from(inside.keys()).sort(), this.paint);
+    this.workbench.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
     this.workbench.sayPainted(text.cells(inside.size), this.paint);
   }
 
@@ -526,13 +526,7 @@ export class Splitter extends Tool {
   private farthestFrom(cells: Uint32Array, start: number): number {
     const { mesh } = this.workbench.session;
     const from = mesh.middleOf(start);
-    if (!from) return start;
-    let best = start;
-    let most = 0;
-    for (const cell of cells) {
-      const distance = lengthOf(minus(mesh.middleOf(cell) ?? from, from));
-      if (distance > most) [best, most] = [cell, distance];
-    }
-    return best;
+    const distanceTo = (cell: number): number => (from ? lengthOf(minus(mesh.middleOf(cell) ?? from, from)) : 0);
+    return cells.reduce((best, cell) => (distanceTo(cell) > distanceTo(best) ? cell : best), start);
   }
 }

@@ -66,13 +66,10 @@ export class ExchangePanel {
     const isObjects = this.what.value === "objects";
     const formats = Object.keys(this.formats[this.what.value] ?? {});
     const listed = formats.filter((format) => !isObjects || format !== "segs.json"); // segs.json is written together with aggregation.json
-    this.format.replaceChildren(...listed.map((format) => this.option(format)));
+    this.format.replaceChildren(...listed.map((format) => {
+      return make("option", { value: format }, (isObjects ? words.objectFormats[format] : undefined) ?? format);
+    }));
     this.setDownload();
-  }
-
-  private option(format: string): HTMLOptionElement {
-    const name = this.what.value === "objects" ? words.objectFormats[format] : undefined;
-    return make("option", { value: format }, name ?? format);
   }
 
   private setDownload(): void {

@@ -156,13 +156,9 @@ export class ParametersPanel {
 
   private showStage(line: SegmentLine | null): void {
     element("cancel").hidden = line === null;
-    element("segmenting").textContent = stageText(line, this.session.regions?.count ?? 0);
+    const count = line?.n_regions ?? this.session.regions?.count ?? 0;
+    const done = line ? words.done(count, line.seconds) : text.regions(count);
+    const stage = line?.stage === undefined ? done : words.stage(line.stage);
+    element("segmenting").textContent = line?.iteration === undefined ? stage : words.step(line.iteration);
   }
-}
-
-function stageText(line: SegmentLine | null, count: number): string {
-  if (line === null) return text.regions(count);
-  if (line.iteration !== undefined) return words.step(line.iteration);
-  if (line.stage !== undefined) return words.stage(line.stage);
-  return words.done(line.n_regions ?? count, line.seconds);
 }

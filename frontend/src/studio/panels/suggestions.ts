@@ -142,18 +142,14 @@ export class Suggestions {
   /** Accept the active suggestion as an object of its class or, if `isChosenClass`, of the chosen class. */
   accept(isChosenClass = false): void {
     const { active } = this;
-    if (!active) return this.sayNothing();
+    if (!active) return this.workbench.say(this.order.length ? words.noneActive : words.none);
     if (!this.classFor(active, isChosenClass)) return this.workbench.say(words.hasNoClass);
     void this.settle([active], true, isChosenClass);
   }
 
   reject(): void {
-    if (!this.active) return this.sayNothing();
-    void this.settle([this.active], false);
-  }
-
-  private sayNothing(): void {
-    this.workbench.say(this.order.length ? words.noneActive : words.none);
+    if (this.active) void this.settle([this.active], false);
+    else this.workbench.say(this.order.length ? words.noneActive : words.none);
   }
 
   /** Accept or reject suggestions. If the chosen suggestion is among them, choose the next one and say so. */

@@ -8,15 +8,8 @@ import { text } from "../text/index";
 const words = text.views;
 const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room
 
-interface Usual {
-  name: string;
-  key: string;
-  what: string;
-  run: () => void;
-}
-
 export class Views {
-  private readonly usual: Usual[];
+  private readonly usual: { name: string; key: string; what: string; run: () => void }[];
 
   constructor(private readonly workbench: Workbench) {
     const { camera } = workbench.drawing;
@@ -51,9 +44,7 @@ export class Views {
 
   private toggleBacks(): void {
     const { drawing, session } = this.workbench;
-    if (!session.mesh.hasNormals) {
-      return this.workbench.say(words.noNormals);
-    }
+    if (!session.mesh.hasNormals) return this.workbench.say(words.noNormals);
     this.hideBacks(!drawing.hidesBacks);
     this.workbench.say(drawing.hidesBacks ? words.backsHidden : words.backsShown);
   }

@@ -9,8 +9,6 @@ export class Events<Kinds> {
   }
 
   emit<K extends keyof Kinds>(kind: K, value: Kinds[K]): void {
-    for (const listener of this.listeners.get(kind) ?? []) {
-      (listener as (value: Kinds[K]) => void)(value);
-    }
+    for (const listener of this.listeners.get(kind) ?? []) (listener as (value: Kinds[K]) => void)(value);
   }
 }

@@ -1,38 +1,25 @@
 // Texts in the browser's local storage, which the user may have disabled.
 
-export function remembered(key: string): string | null {
+function tried<T>(run: () => T, otherwise: T): T {
   try {
-    return localStorage.getItem(key);
+    return run();
   } catch {
-    return null;
+    return otherwise;
   }
 }
+
+export const remembered = (key: string): string | null => tried(() => localStorage.getItem(key), null);
 
 /** A value that was stored as JSON; null if there is none, or if it is damaged. */
-export function rememberedValue<T>(key: string): T | null {
-  try {
-    return JSON.parse(remembered(key) ?? "null") as T | null;
-  } catch {
-    return null;
-  }
-}
+export const rememberedValue = <T>(key: string): T | null => tried(() => JSON.parse(remembered(key) ?? "null") as T | null, null);
 
 /** Keys of stored texts that begin with a prefix, in alphabetical order. */
-export function rememberedKeys(prefix: string): string[] {
-  try {
-    return Object.keys(localStorage).filter((key) => key.startsWith(prefix)).sort();
-  } catch {
-    return [];
-  }
-}
+export const rememberedKeys = (prefix: string): string[] =>
+  tried(() => Object.keys(localStorage).filter((key) => key.startsWith(prefix)).sort(), []);
 
 /** Store a text, or remove the stored text if `text` is null. Returns false if the storage is full or disabled. */
-export function remember(key: string, text: string | null): boolean {
-  try {
-    if (text === null) localStorage.removeItem(key);
-    else localStorage.setItem(key, text);
-    return true;
-  } catch {
-    return false;
-  }
-}
+export const remember = (key: string, text: string | null): boolean => tried(() => {
+  if (text === null) localStorage.removeItem(key);
+  else localStorage.setItem(key, text);
+  return true;
+}, false);

@@ -1,12 +1,13 @@
 // The open file: a copy of its state on the server, and the operations that the user can apply to it.
 
 import { Api, ServerError, ServerGone } from "./api";
-import { fromBase64, toBase64 } from "../../shared/arrays";
+import { type Arrays, fromBase64, toBase64 } from "../../shared/arrays";
 import type {
   ClassEntry, CompareReply, Effect, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State,
 } from "../data/contract";
 import { Events } from "./events";
 import { Paints, Regions } from "../data/labeling";
+import { readPacket } from "../data/packet";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
 import { remember, remembered } from "./remembered";
@@ -28,12 +29,6 @@ interface Kinds {
   error: string;
   files: FileEntry[];
   suggestions: Suggested;
-}
-
-/** Labels of the other file in a comparison. */
-interface Theirs {
-  classes: ClassEntry[];
-  paints: Paints;
 }
 
 /** A requested segmentation of a file. */
@@ -74,7 +69,7 @@ export class Session {
   paints!: Paints;
   state!: State;
   suggested = NOTHING_SUGGESTED;
-  theirs: Theirs | null = null; // labels of the other file in a comparison; null if no file is compared
+  theirs: { classes: ClassEntry[]; paints: Paints } | null = null; // labels of the other file in a comparison; null if no file is compared
   online = true;
   outage = new Error(); // why strokes cannot be saved, if `online` is false
   // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
@@ -251,6 +246,12 @@ export class Session {
     if (load !== this.nLoads) return;
     this.regions = regions;
     this.events.emit("regions", regions);
+  }
+
+  /** Parts of faces beyond the smooth borders of the current regions. No parts if they cannot be computed. */
+  borders(): Promise<Arrays> {
+    const buffer = this.api.buffer(`${this.path}/borders?revision=${this.regions.revision}`);
+    return buffer.then((whole) => readPacket(whole).arrays).catch(() => ({}));
   }
 
   private async loadSuggestions(): Promise<void> {

@@ -491,34 +491,42 @@ export const en = {
   },
 
   mouse: {
-    studio: "Mouse: studio",
-    studioHint: "Turn: right drag, or drag outside the mesh · Move: middle drag · Zoom: wheel",
-    studioRows: [
-      ["Left drag", "paint the regions under the pointer"], ["Shift + left drag", "remove the class of these regions"],
-      ["Ctrl + click", "pick the class and object under the pointer"],
-      ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
-      ["Right double click", "go closer to the place"],
-    ],
-    blender: "Mouse: as in Blender",
-    blenderHint: "Turn: middle drag, or drag outside the mesh · Move: Shift + middle drag · Zoom: wheel",
-    blenderRows: [
-      ["Left drag", "paint the regions under the pointer"], ["Shift + left drag", "remove the class of these regions"],
-      ["Right click", "pick the class and object under the pointer"],
-      ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
-      ["Middle double click", "go closer to the place"],
-      ["Numpad 1 3 7 .", "front, side, top, frame"], ["Numpad 2 4 6 8", "turn the view by 15 degrees"],
-      ["Numpad 9", "turn the view by 180 degrees"], ["Numpad + -", "zoom"], ["Numpad /", "show only the object"],
-    ],
+    schemes: {
+      studio: {
+        name: "Mouse: studio",
+        hint: "Turn: right drag, or drag outside the mesh · Move: middle drag · Zoom: wheel",
+        rows: [
+          ["Left drag", "paint the regions under the pointer"], ["Shift + left drag", "remove the class of these regions"],
+          ["Ctrl + click", "pick the class and object under the pointer"],
+          ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
+          ["Right double click", "go closer to the place"],
+        ],
+      },
+      blender: {
+        name: "Mouse: as in Blender",
+        hint: "Turn: middle drag, or drag outside the mesh · Move: Shift + middle drag · Zoom: wheel",
+        rows: [
+          ["Left drag", "paint the regions under the pointer"], ["Shift + left drag", "remove the class of these regions"],
+          ["Right click", "pick the class and object under the pointer"],
+          ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
+          ["Middle double click", "go closer to the place"],
+          ["Numpad 1 3 7 .", "front, side, top, frame"], ["Numpad 2 4 6 8", "turn the view by 15 degrees"],
+          ["Numpad 9", "turn the view by 180 degrees"], ["Numpad + -", "zoom"], ["Numpad /", "show only the object"],
+        ],
+      },
+      meshlab: {
+        name: "Mouse: as in MeshLab",
+        hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
+        rows: [
+          ["Right drag", "paint the regions under the pointer"], ["Shift + right drag", "remove the class of these regions"],
+          ["Ctrl + right click", "pick the class and object under the pointer"],
+          ["Left drag", "turn the view"], ["Left double click", "go closer to the place"],
+          ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
+        ],
+      },
+    },
     noParallel: "There is only a perspective view; Q switches to a wide one.",
     blenderKeys: "Keys that differ from Blender: Shift+click removes labels, B brush, X split, L lasso (Shift+L: rectangle), C clip box, Z previous view, Alt+Z section, Alt+H or U show all. There is only a perspective view.",
-    meshlab: "Mouse: as in MeshLab",
-    meshlabHint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
-    meshlabRows: [
-      ["Right drag", "paint the regions under the pointer"], ["Shift + right drag", "remove the class of these regions"],
-      ["Ctrl + right click", "pick the class and object under the pointer"],
-      ["Left drag", "turn the view"], ["Left double click", "go closer to the place"],
-      ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
-    ],
     commonRows: [["Wheel", "zoom"], ["Two fingers", "turn and zoom"], ["Three fingers", "move"]],
     pickedNothing: "The cell has no class, so nothing else is chosen. 0 chooses no class, so that strokes erase.",
   },
@@ -624,7 +632,14 @@ export const touch: typeof en = {
     splitHint: "Drag: red stroke · The blue stroke (Shift) and the cut (Enter) need a keyboard",
     suggestionHint: "“Accept”, “Reject” and “Next” are in the list of suggestions · ",
   },
-  mouse: { ...en.mouse, studioHint: FINGERS, blenderHint: FINGERS, meshlabHint: FINGERS },
+  mouse: {
+    ...en.mouse,
+    schemes: {
+      studio: { ...en.mouse.schemes.studio, hint: FINGERS },
+      blender: { ...en.mouse.schemes.blender, hint: FINGERS },
+      meshlab: { ...en.mouse.schemes.meshlab, hint: FINGERS },
+    },
+  },
   painting: {
     ...en.painting,
     nowhere: "Nothing was painted: tap the mesh instead.",

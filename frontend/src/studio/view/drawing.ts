@@ -1,6 +1,7 @@
 // Draws the canvas in two passes, which shaders.ts describes.
 
 import { Camera, type Eye, type Pose } from "../../shared/camera";
+import type { Arrays } from "../../shared/arrays";
 import { Frame, Gpu, Program, Table } from "../../shared/gl";
 import { element } from "../../shared/dom";
 import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
@@ -12,7 +13,8 @@ import type { Sphere, Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
-import { CELLS, image, type Switches, WHOLE } from "./shaders";
+import { Parts } from "./parts";
+import { CELLS, image, PARTS, type Switches, WHOLE } from "./shaders";
 import { text } from "../text/index";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
@@ -45,7 +47,10 @@ export class Drawing {
   private readonly gpu: Gpu;
   private readonly ownColors: OwnColors;
   private readonly surface: Surface;
+  private readonly parts: Parts;
+  private isExact = false; // whether whole faces are drawn, without `parts`
   private readonly cellsProgram: Program;
+  private readonly partsProgram: Program;
   private readonly imagePrograms = new Map<string, Program>(); // programs of the second pass, by fragment shader
   private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
@@ -59,6 +64,7 @@ export class Drawing {
   private blinking = 0; // timer of the next phase
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
   private readonly coverFrame: Frame; // framebuffer of `coversSeen`
+  private readonly partsFrame: Frame; // cell as which each pixel of the latest first pass is drawn, if `isSmooth`
   private covers: Seen | null = null; // result of `coversSeen` for this view; null if not computed yet
   private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
   private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
@@ -66,7 +72,7 @@ export class Drawing {
   private theme: Record<string, number[]> = {};
   private hovered = NONE;
   private cursor = NONE;
-  private hasBorders = true;
+  hasBorders = true;
   private cellsOf: (region: number) => Iterable<number> = () => [];
   private changed: Box | null = null; // contains all cells with other colors than in the latest frame; null if anything has changed
   private drawn: unknown[] = []; // program, framebuffer and sizes of the latest second pass; others draw the whole canvas
@@ -79,28 +85,27 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true, text.graphics));
     this.surface = new Surface(gpu);
+    this.parts = new Parts(gpu);
     this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu, (cells) => this.redraw(cells), () => this.changeView());
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors, this.focused] =
       Array.from({ length: 6 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
-    this.coverFrame = new Frame(gpu, 1);
+    [this.coverFrame, this.partsFrame] = [new Frame(gpu, 1), new Frame(gpu, 1)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
+    this.partsProgram = new Program(gpu, SURFACE, PARTS);
     this.imageProgram(this.switches); // fails early if it cannot be built
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
       failed(text.session.noGraphics);
     });
-    canvas.addEventListener("webglcontextrestored", () => this.restore());
+    canvas.addEventListener("webglcontextrestored", () => {
+      gpu.restore();
+      this.changeView();
+    });
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.readTheme();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readTheme());
-  }
-
-  private restore(): void {
-    this.gpu.restore();
-    if (this.mesh) this.surface.show(this.mesh.shape);
-    this.changeView();
   }
 
   private readTheme(): void {
@@ -142,6 +147,7 @@ export class Drawing {
     this.viewMs = 0;
     this.focus = null;
     this.surface.show(mesh.shape);
+    this.parts.take(mesh, {});
     void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
     this.setLabels(new Int32Array(mesh.nCells).fill(-1), [], () => []);
@@ -153,6 +159,25 @@ export class Drawing {
     this.cellsOf = cellsOf;
     this.regions.fill("r32", labels);
     this.regionColors.fill("rgba8", colors.flatMap((color) => [...color, 0]));
+    this.isViewNew = true;
+    this.redraw();
+  }
+
+  /** Draw other `parts` of the same mesh. */
+  setParts(arrays: Arrays): void {
+    this.parts.take(this.mesh!, arrays);
+    this.isStale = true;
+    this.redraw();
+  }
+
+  private get isSmooth(): boolean {
+    return !this.parts.isEmpty && !this.isExact;
+  }
+
+  /** Draw whole faces, also at smooth borders. */
+  setExact(isExact: boolean): void {
+    this.isStale ||= isExact !== this.isExact;
+    this.isExact = isExact;
     this.redraw();
   }
 
@@ -206,11 +231,6 @@ export class Drawing {
     return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
   }
 
-  setBorders(on: boolean): void {
-    this.hasBorders = on;
-    this.redraw();
-  }
-
   /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
   changeView(): void {
     this.isStale = true;
@@ -226,7 +246,7 @@ export class Drawing {
   /** Draw the same view with other colors of some cells; null: with any other colors. */
   redraw(cells: Iterable<number> | null = null): void {
     if (!cells) this.changed = null;
-    else if (this.changed) this.mesh!.extend(this.changed, cells);
+    else if (this.changed) for (const some of [cells, this.parts.partly(cells)]) this.mesh!.extend(this.changed, some);
     this.schedule();
     if (this.stride > 1) this.refineSoon();
   }
@@ -308,7 +328,7 @@ export class Drawing {
     program.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
-      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
+      ids: (this.isSmooth ? this.partsFrame : frame).colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
       stride, samples: Math.min(samples, stride), hovered, cursor, line, blend: this.opacity, height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -354,8 +374,16 @@ export class Drawing {
   private drawCells(): Frame {
     this.frame = this.frames[this.stride - 1];
     this.drawInto(this.frame, this.stride * this.canvas.width, this.stride * this.canvas.height, 1);
+    if (this.isSmooth) this.drawParts(this.frame);
     this.isStale = false;
     return this.frame;
+  }
+
+  /** Copy the cells of a framebuffer to `partsFrame`, and draw the parts there. */
+  private drawParts(frame: Frame): void {
+    const { parts, parts: { shown }, partsProgram, partsFrame, camera, ownColors } = this;
+    partsFrame.copy(frame);
+    parts.draw(partsProgram, camera.eye, 0, { ...ownColors.values, seen_cells: frame.colors[0], depths: frame.depth, shown });
   }
 
   /** Draw the cells to a framebuffer with this size. The size of points is multiplied by `factor`. */

@@ -1,7 +1,7 @@
 // Finds the cells at a position of the canvas, the canvas position of a cell, and the neighbors of a cell.
 
 import type { Place } from "../../shared/picking";
-import { NONE } from "../../shared/shape";
+import { boundsOf, NONE } from "../../shared/shape";
 import { dot, type Vector } from "../../shared/vectors";
 import { COVER, type Drawing, type Seen } from "./drawing";
 import { Groups } from "../data/labeling";
@@ -118,26 +118,20 @@ export function putCircle(circle: SVGCircleElement, place: Place | null): void {
 class Surroundings {
   private readonly corners: Groups | null; // triangle corners at each vertex; null for a point cloud
   private readonly slabs: Groups; // vertices in each slab
-  private axis = 0; // axis of the longest side of the mesh, which is divided into slabs
-  private low = 0; // lowest coordinate of the mesh on this axis
-  private extent = 0; // length of the mesh along this axis
+  private readonly axis: number; // axis of the longest side of the mesh, which is divided into slabs
+  private readonly low: number; // lowest coordinate of the mesh on this axis
+  private readonly extent: number; // length of the mesh along this axis
 
   constructor(private readonly mesh: Mesh) {
     const { triangles, positions: { values } } = mesh.shape;
     this.corners = triangles && new Groups(triangles, values.length / 3);
-    for (let axis = 0; axis < 3; axis++) this.measure(values, axis);
+    const { low, high } = boundsOf(mesh.shape.positions);
+    const extents = high.map((value, k) => value - low[k]);
+    this.axis = extents.indexOf(Math.max(...extents));
+    [this.low, this.extent] = [low[this.axis], extents[this.axis]];
     const slabs = new Uint32Array(values.length / 3);
     for (let i = 0; i < slabs.length; i++) slabs[i] = this.slabOf(values[3 * i + this.axis]);
     this.slabs = new Groups(slabs, SLABS);
-  }
-
-  private measure(values: ArrayLike<number>, axis: number): void {
-    let [low, high] = [Infinity, -Infinity];
-    for (let i = axis; i < values.length; i += 3) {
-      low = Math.min(low, values[i]);
-      high = Math.max(high, values[i]);
-    }
-    if (high - low > this.extent) Object.assign(this, { axis, low, extent: high - low });
   }
 
   private slabOf(value: number): number {

@@ -34,6 +34,23 @@ void main() {
   brightness = vec4(light(vec3(0.45, 0.75, 0.5)) / 1.5, own_color);
 }`;
 
+/** Fragment shader that replaces the cell of each pixel by the cell as which a part of it is drawn. */
+export const PARTS = `${HEAD}${CODE}
+uniform sampler2D seen_cells;  // cells and depths that CELLS has drawn
+uniform sampler2D depths;
+uniform usampler2D shown;  // cell as which each part is drawn
+flat in uint cell;
+flat in uint triangle;
+out vec4 code;
+void main() {
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  bool is_seen = all(lessThan(abs(texelFetch(seen_cells, p, 0) - codeOf(cell)), vec4(0.001)));
+  // At its edges, a part covers pixels of other faces. Behind the silhouette of an object, parts are seen from behind.
+  float behind = abs(gl_FragCoord.z - texelFetch(depths, p, 0).r);
+  if (!is_seen && !(gl_FrontFacing && behind < fwidth(gl_FragCoord.z) + 1e-6)) discard;
+  code = codeOf(texelFetch(shown, place(triangle), 0).r);
+}`;
+
 /** Vertex shader of the second pass: one triangle that covers the canvas. */
 export const WHOLE = `${HEAD}
 void main() {
@@ -57,7 +74,7 @@ export interface Switches {
  */
 export const image = (switches: Switches): string => `${HEAD}${TINTED}
 ${Object.entries(switches).map(([name, isOn]) => `const bool ${name} = ${isOn};`).join("\n")}
-uniform sampler2D ids;
+uniform sampler2D ids;  // cell as which each pixel is drawn
 uniform sampler2D lights;
 uniform sampler2D depths;
 uniform usampler2D regions;  // region of each cell, or NONE; regionOf gives NONE - 1 where no cell is drawn

@@ -225,8 +225,7 @@ class GltfScene(Gltf):
         for primitive in found:
             packed = self.extension(primitive, DRACO)
             if packed is not None and modes is _FACES:
-                unpack = load("superfacets_formats.compression:unpack_draco")
-                unpack(self, primitive, packed, index)
+                load("superfacets_formats.compression:unpack_draco")(self, primitive, packed, index)
         return found
 
     def corners(self, primitive: dict[str, Any], n_vertices: int) -> Array:

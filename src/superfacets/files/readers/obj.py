@@ -105,8 +105,7 @@ def _read_blocks(
 def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
     """Raise a MeshError that reports the first line with an index out of range."""
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
-    ends = np.cumsum(lengths, dtype=np.int64)
-    face = int(np.searchsorted(ends, place, side="right"))
+    face = int(np.searchsorted(np.cumsum(lengths, dtype=np.int64), place, side="right"))
     lines = Lines.of(data, comment=b"#")
     faces = lines.after_keyword(lines.keywords(KEYWORDS) == FACE, b"f")
     raise MeshError(

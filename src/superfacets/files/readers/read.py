@@ -27,16 +27,19 @@ _BEGINS = {
 
 _SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
 
-_CAD = "{} is a CAD format: export STL from your CAD program, or run gmsh part.step -2 -o part.stl"
+_CAD = "{} is a CAD format: gmsh part.step -2 -o part.msh keeps its faces as gmsh:geometrical"
 _RASTER = "a raster file is not a mesh: convert its heights to one (see Terrain in the user guide)"
 _VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
+_VOXELS = "voxels are not a mesh: run marching cubes first (see Label volumes in the user guide)"
 _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                 ".fcstd": "FCStd"}  # fmt: skip
 
 _OTHER_ENDINGS = {
     **{ending: _CAD.format(name) for ending, name in _CAD_FORMATS.items()},
     **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
-    ".geojson": _VECTOR, **dict.fromkeys(FORMATS.vertex_values, "it has values for --features"),
+    ".geojson": _VECTOR, ".city.json": "CityJSON: run cjio IN export obj OUT.obj first",
+    **dict.fromkeys((".nii", ".mgz", ".nrrd", ".dcm"), _VOXELS),
+    **dict.fromkeys(FORMATS.vertex_values, "it has values for --features: give their mesh first"),
     **dict.fromkeys((".bdf", ".nas", ".inp", ".exo", ".med", ".cgns", ".xdmf", ".su2", ".ugrid"),
                     "convert the file first: meshio convert IN OUT.msh"),
 }  # fmt: skip
@@ -201,25 +204,25 @@ def _read(path: str | os.PathLike[str], endings: tuple[str, ...], *, keep: bool)
 
 def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
     """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
-    if path.suffix.lower() == ".gz":  # for example, .ply.gz
-        path = path.with_suffix("")
+    given, path = path, path.with_suffix("") if path.suffix.lower() == ".gz" else path  # .ply.gz
     try:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
         is_labels = path.name.lower().endswith((*{*FORMATS.labels}.difference(FORMATS.cells),))
         advice = "a label file: give the mesh of these labels first" if is_labels else ""
-        advice = _OTHER_ENDINGS.get(suffix, advice)
+        known = (text for each, text in _OTHER_ENDINGS.items() if path.name.lower().endswith(each))
+        advice = next(known, advice)
         if path.is_dir():
             advice = "is a folder: use superfacets batch"
         if advice:
-            raise MeshError(f"{path}: {advice}") from None
+            raise MeshError(f"{given}: {advice}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
         if own := [each for each in path.suffixes if each.lower() in FORMATS.meshes]:
             advice = f": if it is a {own[-1]} file, rename a copy, or use --format {own[-1][1:]}"
-        raise MeshError(f"{error}{advice}") from None
+        raise MeshError(f"{given}{str(error).removeprefix(str(path))}{advice}") from None
 
 
 def parse(source: Input) -> Read:

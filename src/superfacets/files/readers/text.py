@@ -206,8 +206,7 @@ def table(values: Array, counts: Ints, width: int) -> Array:
 def runs(starts: Array, lengths: Array) -> Longs:
     """Concatenate runs of indices; each run is start, start + 1, ..., start + length - 1."""
     lengths = lengths.astype(np.int64, copy=False)
-    firsts = starts - np.cumsum(lengths) + lengths
-    return np.repeat(firsts, lengths) + np.arange(int(lengths.sum()))
+    return np.repeat(starts - np.cumsum(lengths) + lengths, lengths) + np.arange(int(lengths.sum()))
 
 
 def as_integers(values: Array, what: str) -> Array:

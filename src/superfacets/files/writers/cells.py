@@ -81,8 +81,7 @@ class FormatOptions:
                 continue
             if labels is None:
                 raise MeshError(f"{name} need labels, because there is one value per {noun}")
-            n_labels = len(np.unique(labels[labels >= 0]))
-            check_length(given, n_labels, name, noun, error=MeshError)
+            check_length(given, len(np.unique(labels[labels >= 0])), name, noun, error=MeshError)
 
 
 def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
@@ -171,6 +170,8 @@ class Output:
             "comments": any(not is_image(line) for line in self.attributes.comments),
         }
         more = [item for item, is_there in others.items() if is_there and item not in self.taken]
+        if "texture" in more and self.texture is not None and not len(self.texture.coordinates):
+            more[more.index("texture")] = "materials"  # which have no texture
         return [*lost, *more, *self.changed]
 
     @property
@@ -201,8 +202,8 @@ class Output:
         values, ranks = np.unique(self.labels, return_inverse=True)
         names = [f"region_{value}" if value >= 0 else "unlabeled" for value in values.tolist()]
         if self.classes is not None:
-            classes = ["_".join(name.split()) or "unnamed" for name in self.classes]
-            names[len(names) - len(classes) :] = classes
+            words = MeshAttributes.as_words(self.classes, self.ending)
+            names[len(names) - len(words) :] = words
         if given is not None and self._lose_parts(names, ranks, *given):
             self.changed.append("some part names, because regions have other names")
         return ranks, names
@@ -226,7 +227,8 @@ class Output:
         stored, listed = self._stored("face"), getattr(self.attributes, "names", {})
         for name, names in listed.items():
             if name in stored and stored[name].max() < len(names):
-                words = ["_".join(each.split()) or f"{name}_{i}" for i, each in enumerate(names)]
+                whole = [each if each.strip() else f"{name}_{i}" for i, each in enumerate(names)]
+                words = MeshAttributes.as_words(whole, self.ending)
                 self.taken.update((f"{name} names", f"face property {name}"))
                 return stored[name], [*words, "unnamed"]
         return None
@@ -282,6 +284,8 @@ class CellWriter:
             of_vertices = self.of_vertices
             if of_vertices is None:
                 of_vertices = vertex_labels(self.cells, self.labels, barriers=self.groups)
+        if attributes is not None and self.labels is not None and ending == ".vtp":
+            attributes = attributes.without_region_colors()
         texture = None if attributes is None else attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.

@@ -64,8 +64,7 @@ def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     columns |= content.properties("vertex", columns)
     comments = () if content.attributes is None else content.attributes.comments
     content.taken.add("comments")
-    sizes = {"vertex": cloud.n_points}
-    _write_elements(file, sizes, [columns], comments, ascii=content.ascii)
+    _write_elements(file, {"vertex": cloud.n_points}, [columns], comments, ascii=content.ascii)
 
 
 def _positions(vertices: Floats) -> dict[str, Array]:

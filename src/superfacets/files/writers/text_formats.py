@@ -31,9 +31,6 @@ NO_MATERIAL = "no_material"
 """Name of the material for faces without a material. It is needed only after faces with a material,
 because a ``usemtl`` line applies to all faces up to the next ``usemtl`` line."""
 
-# In OBJ, "#" begins a comment, and a backslash joins two lines.
-_SAFE = str.maketrans("#\\", "__")
-
 
 def text_rows(row: str, columns: Sequence[Array]) -> bytes:
     """Format all rows with a single format operation; `row` is the format string of one row."""
@@ -109,8 +106,7 @@ def write_obj(file: IO[bytes], content: Output) -> None:
         uses = [f"usemtl {name}\n" for name in (*materials, NO_MATERIAL)]  # -1 means the last one
         blocks = _with_titles(blocks, texture.face_materials[order], uses)
     if parts is not None:
-        titles = [f"g {name}\n".translate(_SAFE) for name in parts[1]]
-        blocks = _with_titles(blocks, of_faces[order], titles)
+        blocks = _with_titles(blocks, of_faces[order], [f"g {name}\n" for name in parts[1]])
     for lines in blocks:
         file.write(b"".join(lines))
 
@@ -168,8 +164,7 @@ def write_off(file: IO[bytes], content: Output) -> None:
     mesh, colors = content.cells, content.colors
     colors = content.stored_colors("face") if colors is None else colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))
-    row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
-    write_rows(file, row, list(mesh.vertices.T))
+    write_rows(file, " ".join([coordinate_format(mesh.vertices)] * 3) + "\n", list(mesh.vertices.T))
     ends = () if colors is None else tuple(colors.T)
     for lines in _face_lines(mesh, np.arange(mesh.n_faces), "# ", 0, ends=ends):
         file.write(b"".join(lines))
@@ -192,8 +187,7 @@ def write_stl(file: IO[bytes], content: Output) -> None:
         return
     solids, listed = parts or (np.zeros(mesh.n_faces, np.intp), ["mesh"])
     names = np.array(listed)
-    number = coordinate_format(mesh.vertices)
-    corner = " ".join(["      vertex", *[number] * 3]) + "\n"
+    corner = " ".join(["      vertex", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
     for name in dict.fromkeys(names[np.unique(solids)].tolist()):
         faces = np.flatnonzero((names == name)[solids])

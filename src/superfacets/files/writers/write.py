@@ -117,8 +117,7 @@ def write_mesh(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
     )  # fmt: skip
-    files = OutputFiles([path], options)
-    written = files.write(mesh, labels, colors=colors, attributes=attributes)
+    written = OutputFiles([path], options).write(mesh, labels, colors=colors, attributes=attributes)
     for note in written.notes():
         warnings.warn(note, stacklevel=2)
 

@@ -55,8 +55,7 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     2
     """
     count = checked_count(n_faces, "n_faces", low=MIN_FACES)
-    finest = round(max(0.0, math.log(count / _FINE[1], 4)))
-    made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
+    made = [(_COARSE, 0), (_COARSE, 1), (_FINE, round(max(0.0, math.log(count / _FINE[1], 4))))]
     (name, _), n_splits = min(made, key=lambda one: abs(math.log(one[0][1] * 4 ** one[1] / count)))
     content = (_FOLDER / name).read_bytes()
     vertices = npz_array(content, "vertices").astype(np.float64)
