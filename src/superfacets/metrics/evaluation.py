@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_classes, checked_number, checked_threads, counted
+from ..base.errors import MeshError
 from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
@@ -210,6 +211,8 @@ def evaluate_vertices(
     (2, 1, 0.5)
     """
     cells: Any = as_cells(mesh)
+    if kind_of(cells).are_points:
+        raise MeshError("a point cloud has no faces, which evaluate_vertices needs: use evaluate")
     corners, n = corners_in(cells), cells.n_vertices
     is_used = np.bincount(corners.vertices, minlength=n) > 0
     given = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
