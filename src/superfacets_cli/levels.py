@@ -56,6 +56,8 @@ def levels_command(
     Each region of a level is a union of regions of the finer levels. LABELS is a label file with
     the regions to merge; without it, IN is segmented first. IN may be - for standard input.
     """
+    if labels is not None and labels.name.isdecimal() and not labels.exists():
+        raise click.UsageError(f"extra argument {labels}", click.get_current_context())
     counts = tuple(sorted({*counts}))
     has_mask = given["mask"] is not None or given["mask_values"] is not None
     denoise = {} if given["denoise"] is None else {"denoise": given["denoise"]}

@@ -121,8 +121,7 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
 @options(
     option("-o --output OUT", FILE, "New file for the merged work, or folder for new files."),
     option("--prefer", ("mine", "theirs"),
-           "Whose labels to keep where the two differ.", default="mine"),
-    json_option(),
+           "Whose labels to keep where the two differ.", default="mine"), json_option(),
 )  # fmt: skip
 def agree_command(
     mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool

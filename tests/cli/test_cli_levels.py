@@ -159,6 +159,15 @@ def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     assert files_in(tmp_path) == ["sheet.ply"]
 
 
+def test_numbers_without_commas_are_an_error_that_says_so(run, sheet, tmp_path):
+    for numbers, message in [
+        (["9", "5"], "extra argument 5: put commas"), (["9", "5", "3"], "(3): put commas"),
+        (["9 5"], "'9 5' needs commas between its items"),
+    ]:  # fmt: skip
+        status, _, err = run("levels", sheet, "-n", *numbers, "-o", tmp_path / "x.npz")
+        assert (status, message in err) == (2, True)
+
+
 def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, broken):
     sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
     np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
