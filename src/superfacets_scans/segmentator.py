@@ -151,8 +151,8 @@ def segment_mesh(
     labels[unused] = labels.max() + 1 + np.arange(len(unused))
     if n_segments is not None and (n_found := len(np.unique(labels))) > number:
         warnings.warn(
-            f"{n_found} regions instead of {number}: components without a seed, and vertices without"
-            " faces, are regions, too; superfacets.segment can join such components"
+            f"{n_found} regions instead of {number}: components without a seed and vertices without"
+            " faces are regions, too; superfacets.segment can join such components"
             " (islands='nearest')", IslandWarning, stacklevel=2,
         )  # fmt: skip
     return _like(labels, faces)
