@@ -245,11 +245,11 @@ def test_agree_compares_two_folders_in_one_table(run, teams):
     status, out, err = run("agree", "mine", "mine", "theirs", "-o", "merged/new")
     assert (status, out, "c.ply.studio.jsonl exists already" in err) == (1, "", True)
     assert not Path("merged/new", work).exists()
-    Path("theirs/superfacets-classes.json").unlink()  # the list beside IN is used instead
+    Path("theirs/superfacets-classes.json").unlink()  # the work files list the classes, too
     found = json.loads(run("agree", "mine/a.ply", "mine", "theirs", "--json")[1])
     assert (found["files"][0]["file"], found["missing"]) == ("a.ply", {"mine": [], "theirs": []})
     ious = {row["name"]: row["iou"] for row in found["all"]["classes"]}
-    assert ious == {"chair": 0.25, "table": 0.0}
+    assert ious == {"chair": 0.5, "table": 0.666667}
     status, out, err = run("agree", "mine", "mine", "merged")
     assert (status, out) == (1, "")
     assert err.startswith(
@@ -264,10 +264,10 @@ def test_agree_keeps_work_that_only_one_person_has(run, teams):
         merged = Document.read(Path("mine/b.ply"), Path(first + "s", "b.ply.studio.jsonl"))
         assert merged.instances[:2].tolist() == [1000 * chair + 1, 0]
         assert merged.name_of(chair).casefold() == "chair"
-    Path("mine/superfacets-classes.json").unlink()  # so mine has the default classes
+    Path("mine/superfacets-classes.json").unlink()  # the work files list the classes, too
     run("agree", "mine", "mine", "theirs", "-o", "named")
     stored = json.loads(Path("named/superfacets-classes.json").read_text())
-    assert [one["name"] for one in stored[5:]] == ["class 6", "Table", "Chair", "lamp"]
+    assert [one["name"] for one in stored] == ["chair", "table", "lamp"]
     Path("new").mkdir()
     assert run("agree", "mine/b.ply", "new", "mine", "-o", "all")[1].startswith("file   both")
     works = [Path(one, "b.ply.studio.jsonl").read_bytes() for one in ("mine", "all")]

@@ -15,8 +15,9 @@ from studio_client import encoded
 import superfacets
 from superfacets import write_mesh
 from superfacets_show.colors import color_distances
+from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.files import MAX_OPEN, Files
-from superfacets_studio.documents.journal import _coded
+from superfacets_studio.documents.journal import JournalError, _coded
 from superfacets_studio.labels import classes as labeling
 from superfacets_studio.labels.imports import read_import
 
@@ -152,6 +153,35 @@ def test_work_goes_on_in_a_folder_and_alone(serve, folder):
     assert len(serve(folder / "b.ply").state()["classes"]) == 6
 
 
+def test_a_work_file_of_a_folder_names_its_classes_without_the_folder(serve, folder, tmp_path):
+    client, head = serve(folder), {"id": 7, "name": "Head", "color": "#112233", "key": ""}
+    client.done("classes", classes=[head])
+    client.paint_regions(7, 0)
+    client.done("classes", 1, classes=[head | {"name": "Skull"}])  # is written when both are closed
+    client.close()
+    moved = (folder / "a.ply.studio.jsonl").rename(tmp_path / "sub" / "alone.jsonl")
+    (folder / labeling.CLASSES_FILE).rename(tmp_path / "list")
+    lines = moved.read_bytes().splitlines(keepends=True)
+    other = Document.open(folder / "a.ply", classes=(head | {"id": 1, "name": "skull"},))
+    theirs = Document.read(folder / "a.ply", moved)
+    other.paint(np.flatnonzero(theirs.state.classes).astype(np.uint32), 1)
+    other.compare("theirs", moved.read_bytes())
+    assert (other.agreement()["share"], theirs.name_of(7)) == (1.0, "Skull")
+    with pytest.raises(JournalError, match="theirs: has no class list, by which to match"):
+        other.compare("theirs", b"".join(lines[:2]))  # as older versions wrote it
+    other.close()
+    (folder / "a.ply.studio.jsonl").write_bytes(moved.read_bytes())
+    client = serve(folder)  # a folder without a list has the classes of its first work file
+    client.done("undo")
+    assert not client.classes().any()
+    assert {client.state(number)["classes"][0]["name"] for number in (0, 1)} == {"Skull"}
+    client.close()
+    assert (folder / "a.ply.studio.jsonl").read_bytes().startswith(b"".join(lines))
+    moved.write_bytes(b"".join(lines[:2]))
+    (tmp_path / "list").rename(folder / labeling.CLASSES_FILE)
+    assert Document.read(folder / "a.ply", moved).name_of(7) == "Skull"  # from the list above it
+
+
 def test_results_are_no_inputs(serve, folder):
     client = serve(folder)
     client.done("export", what="cells", format="ply")
@@ -188,19 +218,10 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
 ])  # fmt: skip
 def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, message):
     path = folder / "b.ply.studio.jsonl"
-    if work is None:
-        path.mkdir()
-    else:
-        path.write_bytes(work)
+    path.mkdir() if work is None else path.write_bytes(work)
     listed = serve(folder).http.get("/api/files").json()
     assert len(listed) == 5
     assert [message in entry.get("error", "") for entry in listed] == [0, 1, 0, 0, 0]
-
-
-def test_a_list_of_names_is_a_list_of_classes(tmp_path):
-    (tmp_path / "names.txt").write_text("roof\n\n wall \n")
-    classes = labeling.read_classes(tmp_path / "names.txt")
-    assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", ""), (2, "wall", "")]
 
 
 @pytest.mark.parametrize("text", [
@@ -237,6 +258,15 @@ def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
     ("a.txt", b"a\n\na", "line 3: two classes have the same name: a"),
     ("a.json", b'["a", "A"]', r"classes\[1\]: two classes have the same name: A"),
     ("a.csv", b"name,color,id\na,,1\nb,red,2", "line 3: color must be #rrggbb"),
+    ("a.json", b'{"labels": [], "n": 2}', 'expected .* an object with the keys "labels", "n"'),
+    ("a.json", b'{"categories": 3}', 'expected .* an object with the keys "categories"'),
+    ("a.json", b"{}", "expected .* found an object without keys"),
+    ("a.json", b"3", "expected .* found 3"),
+    ("a.json", b'{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
+    ("a.json", b'{"categories": [{"name": "a"}]}', r"classes\[0\]: id must be a whole number"),
+    *(("a.json", b'{"categories": [{"id": 1, "name": "a", "color": %b}]}' % color,
+       r"classes\[0\]: color must be #rrggbb")
+      for color in (b"[1, 2]", b"[1, 2, 300]", b"[1, 2, 3, 4]", b'"red"', b"{}")),
 ])  # fmt: skip
 def test_a_file_that_is_no_list_of_classes_is_named(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
@@ -260,31 +290,16 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
     path.write_text('["roof", {"id": 2, "name": "wall", "stuff": true}]')
     found = [(c["id"], c["name"], "stuff" in c) for c in labeling.read_classes(path)]
     assert found == [(1, "roof", False), (2, "wall", True)]
-
-
-@pytest.mark.parametrize(("content", "message"), [
-    ('{"labels": [], "n": 2}', 'found an object with the keys "labels", "n"'),
-    ('{"categories": 3}', 'found an object with the keys "categories"'),
-    ("{}", "found an object without keys"),
-    ("3", "found 3"),
-    ('{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
-    ('{"categories": [{"name": "a"}]}',
-     r"classes\[0\]: id must be a whole number from 1 to 65535"),
-])  # fmt: skip
-def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, content, message):
-    path = tmp_path / "classes.json"
-    path.write_text(content)
-    with pytest.raises(ValueError, match=f"not a list of classes: .*{message}"):
-        labeling.read_classes(path)
+    (tmp_path / "names.txt").write_text("roof\n\n wall \n")
+    classes = labeling.read_classes(tmp_path / "names.txt")
+    assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", ""), (2, "wall", "")]
 
 
 @pytest.mark.parametrize(("entry", "message"), [
     (3, "must have an id, a name and a color"),
-    ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
-    ({"id": labeling.MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
-    ({"id": True, "name": "a"}, "id must be a whole number from 1 to 65535"),
-    ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
-    ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
+    *(({"id": number, "name": "a"}, "id must be a whole number from 1 to 65535")
+      for number in (0, labeling.MAX_CLASS + 1, True)),
+    *(({"id": 1, "name": name}, "name must have 1 to 200 character") for name in (" ", "a" * 201)),
     ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
     ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
     ({"id": 1, "name": "a\ud800"}, "name is not valid Unicode: lone surrogate"),
@@ -374,11 +389,3 @@ def test_many_new_classes_are_compared_with_the_colors_in_use_only_once(monkeypa
     text = "".join(f"{i}\n" for i in range(1, 5001)).encode()
     assert colors(read_import({"a.txt": text}, cloud, known).class_list) == expected
     assert len(calls) == 3
-
-
-@pytest.mark.parametrize("color", [[1, 2], [1, 2, 300], [1, 2, 3, 4], "red", {}])
-def test_wrong_colors_of_categories_are_errors(tmp_path, color):
-    path = tmp_path / "scan.objects.json"
-    path.write_text(json.dumps({"categories": [{"id": 1, "name": "a", "color": color}]}))
-    with pytest.raises(ValueError, match=r"classes\[0\]: color must be #rrggbb"):
-        labeling.read_classes(path)

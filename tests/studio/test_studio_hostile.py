@@ -33,9 +33,8 @@ CLASSES = "class numbers are at most MAX_CLASS: uint16 in `State.paint`, or `che
 GUARDS = {
     "scans.aggregation.objects_of": "as many as the file lists; ids are found by searchsorted",
     "scans.aggregation.regroup_segments": "as many as the files list; they must be equally many",
-    "scans.segmentator.segment_mesh": OWN,
     "scans.segmentator._edges_of": "`_checked_edges` refuses ends outside of the points",
-    "scans.segmentator._graph_of": OWN,
+    "scans.segmentator.segment_mesh": OWN, "scans.segmentator._graph_of": OWN,
     "scans.segmentator._merged": "labels are those of regions of faces",
     "scans.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
     "studio.documents.agreement._ious": OWN,
@@ -55,10 +54,9 @@ GUARDS = {
     "studio.export.write._write_region_classes": OWN, "studio.export.write.class_of_regions": OWN,
     "studio.labels.classes._free_colors": "constant", "studio.web.operations.border_packet": OWN,
     "studio.labels.coding.cells_from": "as many as the request has; each must be a cell",
-    "studio.labels.coding.pack_cells": OWN,
     "studio.labels.coding.unpack_cells": "`inflated` stops at five bytes per cell; the sum of all "
     "differences is compared with the number of cells in float64, where it cannot wrap",
-    "studio.labels.imports.__init__": OWN,
+    "studio.labels.imports.__init__": OWN, "studio.labels.coding.pack_cells": OWN,
     "studio.labels.imports._by_annotation": "no run above the number of cells, so no sum wraps",
     "studio.labels.imports._by_number": OWN, "studio.labels.suggestions._pieces": OWN,
     "studio.labels.suggestions.suggestions_of": OWN, "studio.regions.revisions._beyond_steps": OWN,

@@ -27,10 +27,6 @@ def asked(client, path="/api/files", *, method="GET", host=OWN, token=TOKEN, **h
     return http.request(method, path, headers={"Host": host, **headers})
 
 
-def test_the_address_holds_the_token():
-    assert Address(80, "abc").page == "http://127.0.0.1:80/?token=abc"
-
-
 def test_a_request_of_the_page_is_answered(client):
     assert asked(client).status_code == 200
     assert asked(client, host=f"localhost:{PORT}").status_code == 200
@@ -137,7 +133,7 @@ def test_the_token_is_random_or_that_of_the_environment(monkeypatch):
     monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
     assert new_token() != new_token()
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
-    assert new_token() == TOKEN
+    assert Address(80, new_token()).page == f"http://127.0.0.1:80/?token={TOKEN}"
     for text in ("short", "x" * 20 + "&", ""):
         monkeypatch.setenv(TOKEN_VARIABLE, text)
         with pytest.raises(

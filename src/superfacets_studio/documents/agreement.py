@@ -34,17 +34,20 @@ class Theirs:
     objects: dict[int, int]  # from each value in `paint` to the object number in their file
 
 
-def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
+def read_theirs(
+    name: str, data: bytes, source: Source, mine: State, areas: Floats, work: Path | None
+) -> Theirs:
     """Read another person's work file, and convert its labels to my class and object numbers.
 
-    `data` is the content of the file, and `name` is its name for messages. Raises JournalError if
-    the data is not a work file, is damaged, or belongs to another mesh, or if a class would have
-    more than 999 objects.
+    `data` is the content of the file, `name` is its name for messages, and `work` its path if it is
+    known. Raises JournalError if the data is not a work file, is damaged, belongs to another mesh,
+    or has classes without names, or if a class would have more than 999 objects.
     """
     journal = parsed_work(Path(name), data)
     journal.check_source(source.path, source.digest, source.n_cells)
-    is_shared = journal.header.get("classes", ()) is None  # None if a folder shares its classes
-    state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
+    history = History.replayed(journal, source.n_cells, None, work)
+    state = history.state
+    history.check_names(name)
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
     own = mine.classes.astype(np.int64) * INSTANCES + mine.objects

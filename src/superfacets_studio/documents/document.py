@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partialmethod
 from pathlib import Path
@@ -29,8 +29,8 @@ from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, unsettled
 from .effort import statistics
 from .history import History
-from .journal import Journal, JournalError, Line, parsed_work, with_header
-from .source import Source
+from .journal import Journal, JournalError, Line, WriteError, parsed_work
+from .source import ChangedError, Source
 
 
 def work_file_of(path: Path) -> Path:
@@ -109,9 +109,11 @@ class Document:
         return cls._of(Source.read(path), parsed_work(work, work.read_bytes()), classes)
 
     @classmethod
-    def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:
+    def _of(
+        cls, source: Source, journal: Journal, classes: ClassList | None, work: Path | None = None
+    ) -> Document:
         journal.check_source(source.path, source.digest, source.n_cells)
-        history = History.replayed(journal, source.n_cells, classes)
+        history = History.replayed(journal, source.n_cells, classes, work or journal.path)
         segmenter = Segmenter(source.cells, source.color_features)
         base = segmenter.base(history.state.partition.parameters)
         return cls(source, journal, history, segmenter, base)
@@ -167,10 +169,7 @@ class Document:
         return self.state.classes.astype(np.int32) * labeling.INSTANCES + self.state.objects
 
     def name_of(self, class_id: int, object_id: int = 0) -> str:
-        """Return the name of a class or, if `object_id` is not 0, of one of its objects.
-
-        If the user has not named the object, the result is like "chair 2".
-        """
+        """Return the name of a class or of an object, such as "chair 2" if it has no own name."""
         for entry in self.state.object_names:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
@@ -181,12 +180,13 @@ class Document:
     def close(self) -> None:
         """Cancel running segmentations, and close the work file."""
         with self.lock:
+            self._note_classes()
             self.segmenter.close()
             self.journal.close()
 
     # Each of the following operations returns only after its journal line is on disk. After an
     # error, nothing has changed, in memory or on disk. If a folder is open, `set_classes` writes
-    # the class list that all its meshes share, and no journal line.
+    # the class list that all its meshes share, and adds it to the journal.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0,
@@ -399,10 +399,11 @@ class Document:
         found = paint[painted]
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
-    def compare(self, name: str, data: bytes) -> None:
-        """Read a work file to compare the labels with; raise a JournalError if it is invalid."""
+    def compare(self, name: str, data: bytes, work: Path | None = None) -> None:
+        """Compare with the content of a work file, and its path if known, as in `read_theirs`."""
         with self.lock:
-            self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
+            self.history.check_names(str(self.journal.path))
+            self.theirs = read_theirs(name, data, self.source, self.state, self.areas, work)
 
     def agreement(self) -> dict[str, Any]:
         """Return the agreement with the file that `compare` has read, or raise a ValueError."""
@@ -514,33 +515,32 @@ class Document:
             except BaseException:
                 self.base, self.revision = shown
                 raise
+            self._note_classes()
+
+    def _note_classes(self) -> None:
+        """Write the classes of the folder to the work file, so that it is complete without them."""
+        if self.share_classes and self.journal.is_of_folder and self.history.seq:
+            with contextlib.suppress(WriteError, ChangedError):  # the next step tries again
+                self.history.share(self._write)
 
     def _write(self, line: Line) -> None:
         self.source.check()
         self.journal.append({**line, "done": round(self.progress, 6), **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Return whether the regions in the work file, before splits, differ from `base`.
-
-        If the work file has no hash of its regions, the result is False.
-        """
+        """Return whether the hash of unsplit regions in the work file is not that of `base`."""
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:
         """If the stored regions are from another version of superfacets, replace them by `base`.
 
-        The replacement can be undone. `undo` must not call this method: the replacement would be a
-        new change, and the next undo would revert only this change.
+        `undo` must not call this method, because the next undo would revert the replacement.
         """
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: UnsplitRegions) -> Revision:
-        """Make `base`, with the user's splits, the current revision.
-
-        If the splits are from another version of superfacets, they are left out, and a note is
-        added.
-        """
+        """Make `base` current, with the user's splits or, if they do not fit, with a note."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
@@ -565,48 +565,32 @@ def merged_work(
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
     class get their label from `theirs`; with `prefer_theirs`, so do cells whose labels differ. If a
     work file belongs to a folder whose meshes share classes, `shared` has the classes for both work
-    files; empty lists are read from the folders. If `mine` is None, `output` is a copy of `theirs`,
-    or new work with its labels if my class numbers differ.
+    files; empty lists are read from the files or folders. If `mine` is None, `output` is a copy of
+    `theirs`, or new work with its labels if my class numbers differ.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
     first, (own, other) = mine or theirs, map(names_of, shared)
-    data = _with_own_classes(first, shared[0])
+    data = first.read_bytes()
     if mine is None and own and (not other or other.items() - own.items()):
         data = data[: data.index(b"\n") + 1]  # the first line, which names mesh and classes
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         copy = Path(folder, first.name)
         copy.write_bytes(data)
         try:
-            document = Document.open(path, copy)
+            with contextlib.closing(Journal.open(copy, {})) as journal:
+                known = shared[0] if journal.is_of_folder and shared[0] else None
+                document = Document._of(Source.read(path), journal, known, first)
+                if journal.is_of_folder:  # its classes are written to the copy, and to no folder
+                    document.share_classes = lambda _: None
+                document.compare(str(theirs), theirs.read_bytes(), theirs)
+                found, paint = document.agreement(), document.state.paint
+                wanted = paint != document._compared().paint if prefer_theirs else paint == 0
+                document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
+                document.close()
         except JournalError as error:
             raise JournalError(str(error).replace(str(copy), str(first))) from None
-        with contextlib.closing(document):
-            document.compare(str(theirs), _with_own_classes(theirs, shared[1]))
-            found = document.agreement()
-            paint = document.state.paint
-            wanted = paint != document._compared().paint if prefer_theirs else paint == 0
-            document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
         if output is not None:
             with atomic_outputs([output]) as (temporary,):
                 temporary.write_bytes(copy.read_bytes())
     return found
-
-
-def shared_classes(folders: Iterable[Path]) -> ClassList:
-    """Return the shared classes of the first folder that has a list; empty if none has."""
-    lists = (folder / labeling.CLASSES_FILE for folder in folders)
-    return next((labeling.read_classes(one) for one in lists if one.is_file()), ())
-
-
-def _with_own_classes(work: Path, shared: ClassList) -> bytes:
-    """Return the content of a work file, with the shared classes of its folder in the header.
-
-    If `shared` is empty, they come from the folder of the work file or the nearest above it.
-    """
-    data = work.read_bytes()
-    header = parsed_work(work, data).header
-    if header.get("classes") is not None:
-        return data
-    classes = shared or shared_classes(work.absolute().parents)
-    return with_header(data, {**header, "classes": list(classes)}) if classes else data

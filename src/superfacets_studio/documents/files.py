@@ -14,12 +14,13 @@ from superfacets.kit import FORMATS, InputFile, atomic_outputs, counted, output_
 from superfacets_show import Up
 
 from ..labels import classes as labeling
-from ..labels.classes import ClassList, default_classes
+from ..labels.classes import ClassList, default_classes, shared_classes
 from .agreement import agreement_text, folders_text, together, with_means
 from .changes import REVIEW_MARKS
-from .document import Document, merged_work, shared_classes, work_file_of
+from .document import Document, merged_work, work_file_of
 from .effort import Effort, statistics
-from .journal import JournalError, Line, summary
+from .journal import SHARED, JournalError, Line, parsed_work, summary
+from .journal_lines import class_list_of
 
 MAX_OPEN = 3  # maximum number of documents in memory, unless more are in use at the same time
 EXPORTED = ".classes"  # suffix in names of exported files, which are not listed as inputs
@@ -58,7 +59,7 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
-        known = classes or shared_classes([path]) or default_classes()
+        known = classes or _list_of(path, map(work_file_of, paths)) or default_classes()
         return cls(paths, None, n_segments, known, path, _must_store=bool(classes))
 
     @property
@@ -217,12 +218,13 @@ def _agreed_folders(
     if not paired and (output is None or not single):
         wanted = " and ".join(str(next(iter(some.values()))) for some in works)
         raise FileNotFoundError(f"{path}: no mesh has two work files, such as {wanted}")
-    home = files.folder or path.parent
-    mine, theirs = (shared_classes([*(one / "x").absolute().parents, home]) for one in folders)
+    mine, theirs = map(_list_of, folders, map(dict.values, works))
+    merged = mine or theirs
     for entry in theirs:  # a class that only they have has one number in all files
-        _, mine = labeling.with_named(mine or default_classes(), entry["name"], entry["id"])
+        _, merged = labeling.with_named(merged, entry["name"], entry["id"])
+    mine = mine and merged
     entries = []
-    with _new_files(output, [*paired, *(single if output else ())], mine) as targets:
+    with _new_files(output, [*paired, *(single if output else ())], merged) as targets:
         for name, target in targets:
             *first, (last, classes) = [
                 (work[name], one) for work, one in zip(works, (mine, theirs), strict=True)
@@ -243,6 +245,17 @@ def _agreed_folders(
         notes.append(f"no one has a work file of {', '.join(bare)}")
     result = {"files": entries, "all": total, "missing": missing}
     return result, folders_text([*entries, total]), notes
+
+
+def _list_of(folder: Path, works: Iterable[Path]) -> ClassList:
+    """Return the shared classes of a folder, or else of its first work file that lists them."""
+    found = shared_classes([folder])
+    for work in () if found else filter(Path.is_file, works):
+        with contextlib.suppress(OSError, ValueError, LookupError):  # `listed` shows errors
+            lines = reversed(parsed_work(work, work.read_bytes()).lines)
+            listed = (class_list_of(one["classes"]) for one in lines if one["op"] == SHARED)
+            found = found or next(listed, ())
+    return found
 
 
 @contextlib.contextmanager

@@ -5,18 +5,18 @@ from __future__ import annotations
 import contextlib
 import hashlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from superfacets.kit import CellFile, Ints, shortened
 
-from ..labels.classes import ClassList, names_of
+from ..labels.classes import ClassList, names_of, shared_classes, with_missing
 from .changes import Change, State
 from .effort import NO_STEP, Effort, line_after
-from .journal import Journal, JournalError, Line, parsed_work
-from .journal_lines import SEVERAL, change_of, first_state, line_of
+from .journal import SHARED, Journal, JournalError, Line, parsed_work
+from .journal_lines import SEVERAL, change_of, class_list_of, first_state, line_of
 
 
 class NothingError(LookupError):
@@ -51,20 +51,26 @@ class History:
     redo_stack: list[Change] = field(default_factory=list)
     seq: int = 0  # number of steps in the journal
     effort: Effort | None = NO_STEP  # None if unknown
+    shared: ClassList | None = None  # last class list of a folder in the journal
+    unnamed: ClassList | None = None  # default list of a folder's journal that lists no classes
     parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke, also if undone
     _made: list[Change] = field(default_factory=list)  # changes of the current or last step
     _reverting: contextlib.ExitStack | None = None  # reverts `_made`; None between two steps
 
     @classmethod
-    def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
+    def replayed(
+        cls, journal: Journal, n_cells: int, classes: ClassList | None, work: Path | None = None
+    ) -> History:
         """Return the history that results from all lines of a journal.
 
         `classes` is the class list that the meshes of a folder share, or None to use the list in
-        the journal. Raises JournalError if a line cannot be replayed.
+        the journal. If the journal has none, as from older versions, it is the list of the folder
+        of the file `work`, or of the nearest above. Raises JournalError if a line is not valid.
         """
         number = 1
         try:
             history = cls(first_state(journal.header, n_cells, classes))
+            first = history.state.class_list
             for line in journal.lines:
                 number = history.seq + 2
                 history.replay(line)
@@ -73,6 +79,9 @@ class History:
             raise JournalError(
                 f"{journal.path}: line {number} of the work file is not valid: {shortened(reason)}"
             ) from None
+        if classes is None and journal.is_of_folder and history.state.class_list is first:
+            history.unnamed = first
+            classes = shared_classes(work.absolute().parents if work else ()) or None
         if classes is not None:  # because replayed lines may have replaced the list
             history.state.class_list = classes
         journal.lines.clear()
@@ -82,6 +91,10 @@ class History:
         """Apply a line of the journal, which contains a change, an undo or a redo."""
         if line["seq"] != self.seq + 1:
             raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
+        if line["op"] == SHARED:
+            self.shared = self.state.class_list = class_list_of(line["classes"])
+            self.seq += 1
+            return
         name, self.effort = str(line["op"]), Effort.read(line)
         if name in ("undo", "redo"):
             with self.moving(name):
@@ -91,6 +104,21 @@ class History:
                 self.make(change_of(part, self.state))
             if not made:
                 raise ValueError("it changes nothing")
+
+    def check_names(self, name: str) -> None:
+        """Raise a JournalError if the classes of cells have no names; `name` names the work."""
+        if self.state.class_list is self.unnamed and self.state.paint.any():
+            message = "has no class list, by which to match classes: open it once with its folder"
+            raise JournalError(f"{name}: {message}")
+
+    def share(self, record: Recorder) -> None:
+        """Record the class list of a folder between two steps, unless the last one is the same."""
+        if self._reverting is None and self.shared != self.state.class_list:
+            times = asdict(self.effort) if self.effort else {}
+            listed = list(self.state.class_list)
+            record({"seq": self.seq + 1, "op": SHARED, "classes": listed, **times})
+            self.shared = self.state.class_list
+            self.seq += 1
 
     def make(self, change: Change) -> None:
         """Apply a change in the current step."""
@@ -167,10 +195,7 @@ class History:
             self._reverting = None
 
     def _n_strokes(self, name: str | None) -> int:
-        """Return 1 if an operation begins a stroke, which changes or splits labels, otherwise 0.
-
-        `name` is "undo" or "redo", and None for an operation.
-        """
+        """Return 1 if an operation, not an undo or redo `name`, begins a stroke, otherwise 0."""
         is_new = len(last_stroke([*self.undo_stack[-1:], self._made[0]])) == 1  # no change before
         is_stroke = any(change.kind in ("paint", "split") for change in self._made)
         return int(name is None and is_new and is_stroke)
@@ -198,8 +223,9 @@ def classes_in_work(
     journal = parsed_work(path, data)
     digest = hashlib.sha256(source.data).hexdigest()
     journal.check_source(Path(source.name), digest, n_cells)
-    state = History.replayed(journal, n_cells, None).state
-    return state.classes.astype(np.int32), names_of(state.class_list), journal.notes
+    state = History.replayed(journal, n_cells, None, path).state
+    classes = state.classes.astype(np.int32)
+    return classes, names_of(with_missing(state.class_list, np.unique(classes))), journal.notes
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})

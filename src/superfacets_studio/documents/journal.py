@@ -20,6 +20,7 @@ from superfacets.kit import open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2
+SHARED = "shared"  # entry "op" of a line with the class list that the meshes of a folder share
 READABLE = (1, VERSION)  # versions of the format that can be opened; version 1 has no objects
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
@@ -86,6 +87,11 @@ class Journal:
             os.close(file)
             raise
         return journal
+
+    @property
+    def is_of_folder(self) -> bool:
+        """Whether the work began in a folder whose meshes share their classes."""
+        return self.header.get("classes", ()) is None
 
     def check_source(self, source: Path, digest: str, n_cells: int) -> None:
         """Raise a JournalError if this is not a work file of `source`, or if its header is damaged.
@@ -172,12 +178,6 @@ def parsed_work(path: Path, data: bytes) -> Journal:
     if not lines:
         raise JournalError(f"{path}: is not a work file of superfacets studio")
     return Journal(path, lines[0], lines[1:], notes, -1, size)
-
-
-def with_header(data: bytes, header: Mapping[str, Any]) -> bytes:
-    """Return the content of a valid work file with another first line."""
-    _, _, lines = data.partition(b"\n")
-    return _coded({name: value for name, value in header.items() if name != "crc"}) + lines
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:

@@ -28,7 +28,7 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
         own = header["classes"]  # None if all files of a folder share their classes
-        classes = labeling.default_classes() if own is None else _class_list(own)
+        classes = labeling.default_classes() if own is None else class_list_of(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
@@ -52,7 +52,7 @@ def change_of(line: Line, state: State) -> Change:
     return Change.replacing(state, name, _READERS[name](line, state), stroke)
 
 
-def _class_list(value: Any) -> ClassList:
+def class_list_of(value: Any) -> ClassList:
     """Check a list of classes, and remove lone surrogates, which older versions accepted."""
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
     return labeling.checked_class_list(json.loads(text))
@@ -148,7 +148,7 @@ _WRITERS: dict[str, Callable[[Change], Line]] = {
 
 _READERS: dict[str, Callable[[Line, State], Any]] = {
     "segment": _read_segment, "split": _read_split, "objects": _read_objects,
-    "classes": lambda line, _: _class_list(line["classes"]), "suggest": _read_suggest,
+    "classes": lambda line, _: class_list_of(line["classes"]), "suggest": _read_suggest,
     "review": lambda line, _: bool(line["reviewed"]),
     "settle": lambda line, state: unsettled(state, {*map(int, line["settled"])}),
 }  # fmt: skip

@@ -104,10 +104,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Return the lengths of the runs of equal values in a mask.
-
-    The first length belongs to a run of False, and is 0 if the mask begins with True.
-    """
+    """Return the lengths of runs of False and True in turn; the first is 0 if True is first."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 

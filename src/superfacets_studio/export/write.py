@@ -126,10 +126,7 @@ def write_export(
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """Return the name and content of the file that `write_export` would write.
-
-    If the format consists of two files, both are packed into a .zip file.
-    """
+    """Return name and content of the file of `write_export`, or of a .zip file with both files."""
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         first, *others = _write(document, what, format, Path(folder))
         if not others:
@@ -144,8 +141,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
     """Return the class with the largest area in each region, and its fraction of the region's area.
 
-    The class is 0 if unlabeled cells have the largest area. The fraction is 1 if the region has no
-    area.
+    Unlabeled cells count as class 0. The fraction is 1 if the region has no area.
     """
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions

@@ -106,10 +106,7 @@ def new_class(class_id: int, name: str | None = None, color: str | None = None) 
 
 
 def with_new(classes: ClassList, names: Mapping[int, str | None]) -> ClassList:
-    """Return the list extended by new classes.
-
-    `names` maps the numbers of the new classes to their names; None means a name like "class 7".
-    """
+    """Return the list with new classes: numbers, and names or None (a name like "class 7")."""
     colors = _free_colors(names, classes)
     new = (new_class(*named, color) for named, color in zip(names.items(), colors, strict=True))
     return (*classes, *new)
@@ -280,6 +277,12 @@ def read_classes(path: Path) -> ClassList:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
 
 
+def shared_classes(folders: Iterable[Path]) -> ClassList:
+    """Return the shared classes of the first folder that has a list; empty if none has."""
+    lists = (folder / CLASSES_FILE for folder in folders)
+    return next((read_classes(one) for one in lists if one.is_file()), ())
+
+
 def new_classes(file: Path | None, folder: Path) -> ClassList:
     """Return the classes in a file for new work, or no classes if `file` is None.
 
@@ -301,10 +304,7 @@ def new_classes(file: Path | None, folder: Path) -> ClassList:
 
 
 def _listed(content: Any) -> list[Any]:
-    """Return the classes in the content of a JSON file: a list, or a dict with COCO categories.
-
-    Strings in a list are the names of new classes.
-    """
+    """Return the classes in JSON: a list of classes or names, or a dict with COCO categories."""
     if isinstance(content, list):
         return [
             {**new_class(i, entry), "color": None} if isinstance(entry, str) else entry
@@ -320,10 +320,7 @@ def _listed(content: Any) -> list[Any]:
 
 
 def _of_category(entry: Any) -> Any:
-    """Convert a COCO category to a class; ``isthing`` = 0 means a class without objects.
-
-    A ``color`` is a list of red, green and blue, 0 to 255, as in panoptic categories.
-    """
+    """Convert a COCO category, perhaps with ``isthing`` and a list of red, green and blue."""
     if not isinstance(entry, dict):
         return entry
     color = entry.get("color")

@@ -78,10 +78,7 @@ def base64_of(array: Array | bytes) -> str:
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Decode cell indices from a client, and return them sorted, without duplicates.
-
-    `text` is base64 of uint32. Raises ValueError if it is not, or if a cell does not exist.
-    """
+    """Return the sorted cells in base64 of uint32; raise a ValueError if it is not valid."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(

@@ -76,10 +76,7 @@ def suggestions_of(
 
 
 def _pieces(imported: Imported, surface: Surface) -> Longs:
-    """Return the number of the connected component of its class that contains each imported cell.
-
-    The number is 0 for all cells of classes without objects.
-    """
+    """Return which connected component of its class each imported cell is in; 0 for stuff."""
     labels = np.zeros(len(surface.offsets) - 1, np.int32)
     labels[imported.cells] = imported.classes
     pieces = surface.components(labels)

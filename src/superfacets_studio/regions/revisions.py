@@ -68,10 +68,7 @@ class Revision:
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Tuple of two arrays: the offset of each region in the second array, and all cells.
-
-        The cells are sorted by region. The offsets have shape (n_regions + 1,).
-        """
+        """Offsets of the regions in the second array, (n_regions + 1,), and cells by region."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)

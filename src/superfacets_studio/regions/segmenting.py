@@ -239,11 +239,7 @@ class Segmenter:
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: sf.Segmentation) -> tuple[str, ...]:
-    """Return a text for the page for each warning.
-
-    Messages of `SliverWarning` and `IslandWarning` are replaced, because they mention parameters of
-    Python functions.
-    """
+    """Return a text for each warning, which names no parameters of Python functions."""
     notes = []
     for warning in found:
         if warning.category is sf.SliverWarning:

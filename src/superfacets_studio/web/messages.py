@@ -71,10 +71,7 @@ async def body_of(request: Request) -> Body:
 
 
 async def _content(request: Request) -> bytearray:
-    """Read the body of a request; raise a TooLargeError if it exceeds `MAX_BODY`.
-
-    If the header of the request already announces a larger body, nothing is read.
-    """
+    """Read a body; raise a TooLargeError if it, or the size in the header, exceeds `MAX_BODY`."""
     data = bytearray()
     announced = request.headers.get("content-length", "0")
     if not announced.isdecimal() or int(announced) <= MAX_BODY:
