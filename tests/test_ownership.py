@@ -97,14 +97,11 @@ def test_copies_and_pickles_are_read_only_and_equal(graph):
         assert twin.edge_counts == faces.edge_counts
 
 
-@pytest.mark.parametrize(
-    ("field", "message"),
-    [
-        ("faces", r"faces\[0\] refers to vertex 2000000000 but the mesh has 81 vertices"),
-        ("neighbors", r"neighbors\[0\] must be 0 to 127, got 2000000000"),
-        ("offsets", "offsets must increase from 0 to 352, the number of arcs"),
-    ],
-)
+@pytest.mark.parametrize(("field", "message"), [
+    ("faces", r"faces\[0\] refers to vertex 2000000000 but the mesh has 81 vertices"),
+    ("neighbors", r"neighbors\[0\] must be 0 to 127, got 2000000000"),
+    ("offsets", "offsets must increase from 0 to 352, the number of arcs"),
+])  # fmt: skip
 def test_a_pickle_with_other_numbers_is_checked(field, message, graph):
     mesh = shapes.bumpy_sheet(8)
     original = mesh if field == "faces" else graph

@@ -122,19 +122,16 @@ def test_importing_leaves_files_and_pictures_for_later():
     assert not [name for name in loaded if name.startswith(LATE_PREFIXES)]
 
 
-@pytest.mark.parametrize(
-    "first",
-    [
-        "import superfacets_show.rendering",
-        "import superfacets_cli.main",
-        "from superfacets.files.readers.read import read_mesh",
-        "import superfacets.pipeline, superfacets.clustering.classification",
-        "from superfacets import *",
-        "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",
-        "import superfacets; [importlib.import_module(n) for n in names]",
-        "import superfacets; superfacets.plot, superfacets.plot",
-    ],
-)
+@pytest.mark.parametrize("first", [
+    "import superfacets_show.rendering",
+    "import superfacets_cli.main",
+    "from superfacets.files.readers.read import read_mesh",
+    "import superfacets.pipeline, superfacets.clustering.classification",
+    "from superfacets import *",
+    "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",
+    "import superfacets; [importlib.import_module(n) for n in names]",
+    "import superfacets; superfacets.plot, superfacets.plot",
+])  # fmt: skip
 def test_public_names_are_what_they_should_be_whatever_was_imported_before(first):
     run_python(
         f"import importlib; names = {MODULES}; {first}\n"

@@ -25,21 +25,12 @@ _OTHERS = ("weights", "features", "sizes", "smooth", "denoise", "tol")
 
 @explains_parameters(dict.fromkeys(_OTHERS, "use superfacets.segment"))
 def segment(
-    mesh: MeshLike | Prepared,
-    n_segments: int | None = None,
-    *,
-    radius: float | None = None,
-    alpha: float | None = None,
-    eta_convex: float | None = None,
-    init: AnyInit | Start = "farthest",
-    radius_factor: float | None = 2.0,
-    mask: npt.ArrayLike | None = None,
-    barriers: npt.ArrayLike | None = None,
-    islands: Islands = "keep",
-    max_num_iter: int = 50,
-    n_threads: int | None = None,
-    callback: Callback | None = None,
-) -> Segmentation:
+    mesh: MeshLike | Prepared, n_segments: int | None = None, *, radius: float | None = None,
+    alpha: float | None = None, eta_convex: float | None = None, init: AnyInit | Start = "farthest",
+    radius_factor: float | None = 2.0, mask: npt.ArrayLike | None = None,
+    barriers: npt.ArrayLike | None = None, islands: Islands = "keep", max_num_iter: int = 50,
+    n_threads: int | None = None, callback: Callback | None = None,
+) -> Segmentation:  # fmt: skip
     """Label every face of a mesh with one of k regions, by the algorithm published in the paper.
 
     The paper is Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014.

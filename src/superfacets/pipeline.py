@@ -29,25 +29,14 @@ from .weights.formulas import WEIGHTS, ArcValues, WeightName, Weights
 
 @explains_parameters(OTHER_NAMES)
 def segment(
-    mesh: MeshLike | Prepared,
-    n_segments: int | None = None,
-    *,
-    radius: float | None = None,
-    weights: WeightName | Weights | ArcValues = "parts",
-    alpha: float | None = None,
+    mesh: MeshLike | Prepared, n_segments: int | None = None, *, radius: float | None = None,
+    weights: WeightName | Weights | ArcValues = "parts", alpha: float | None = None,
     features: npt.ArrayLike | str | Sequence[str] | Features | None = None,
-    init: Init | Start | None = None,
-    mask: npt.ArrayLike | None = None,
-    barriers: npt.ArrayLike | None = None,
-    sizes: Sizes | None = None,
-    islands: Islands = "keep",
-    smooth: bool = True,
-    denoise: Denoise = "auto",
-    max_num_iter: int = 50,
-    tol: float = 0.02,
-    n_threads: int | None = None,
-    callback: Callback | None = None,
-) -> Segmentation:
+    init: Init | Start | None = None, mask: npt.ArrayLike | None = None,
+    barriers: npt.ArrayLike | None = None, sizes: Sizes | None = None, islands: Islands = "keep",
+    smooth: bool = True, denoise: Denoise = "auto", max_num_iter: int = 50, tol: float = 0.02,
+    n_threads: int | None = None, callback: Callback | None = None,
+) -> Segmentation:  # fmt: skip
     """Label every face of a mesh with one of k compact regions; borders follow concave creases.
 
     In point clouds, points get labels; in tetrahedral meshes, tetrahedra.

@@ -113,7 +113,7 @@ def batch(
         or never finishes stops the batch, and the next call continues with the other files.
     timeout : float, optional
         Maximum seconds for a file, by default unlimited. A file that takes longer is recorded as
-        failed, and its worker restarts. Needs several workers or a scheduler.
+        failed, and its worker restarts. The limit needs several workers or a scheduler.
     retry_failed : bool, default False
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional

@@ -27,10 +27,10 @@ from .progress import Progress
 @options(
     output_option(
         "Output file in any format that segment -o writes, a folder (results/), or - for standard"
-        " output; may be given several times."),
+        " output. This option may be given several times."),
     option("--split folder DIR", opts.FOLDER,
            "Instead of -o: write each region to a separate file in this folder, such as"
-           " DIR/region_17.ply. Existing files with these names are replaced. DIR must not contain"
+           " DIR/region_017.ply. Existing files with these names are replaced. DIR must not contain"
            " other region files of the same format."),
     to_option(), opts.labels_named_option, opts.format_option("IN"), opts.ascii_option,
     opts.label_options, opts.drop_attributes_option("IN"), opts.force_option,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from superfacets import SliverWarning, cloud_info, mesh_info
 from superfacets.kit import FORMATS, counted, kind_of
@@ -118,41 +119,46 @@ def _of(ending: str, tables: Tables) -> str:
     option("--tolerance", opts.NOT_NEGATIVE,
            "Maximum distance between matching borders, as a fraction of the mesh's diagonal.",
            default=0.01),
-    opts.labels_named_option,
-    opts.json_option(),
+    option("--ignore N,N", opts.Listed(opts.Count(0)),
+           "Labels in the ground truth that mean unannotated, such as 0 in ScanNet's .labels.ply."),
+    opts.labels_named_option, opts.json_option(),
 )  # fmt: skip
 def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
-    labels_named: str, as_json: bool,
+    ignore: tuple[int, ...] | None, labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure the quality of labels.
 
     The metrics rate LABELS, a label file of the mesh IN. With --gt, more metrics compare LABELS
     with ground truth. Label files have any format with labels that superfacets formats lists. In
-    ground truth, -1 means unannotated. If LABELS and all ground truths have one label per vertex,
-    they are compared at the vertices, without metrics of borders and normals.
+    ground truth, -1 means unannotated; for other labels, see --ignore. If LABELS and all ground
+    truths have one label per vertex, they are compared there, without metrics of borders, normals.
     """
     from superfacets import metrics
 
     if more and not truths:
         raise click.UsageError(f"unexpected argument ({more[0]}): give ground truth with --gt")
+    if ignore and not truths:
+        raise click.UsageError("--ignore needs ground truth: give --gt")
 
     def compute() -> dict[str, float]:
         source = read_input(str(mesh))
         cells, paths = source.cells(), (labels, *truths, *more)
         given = [given_labels(source, cells, path, labels_named) for path in paths]
+        for i, (_, values, *_) in enumerate(given[1:], 1):
+            kept = np.where(np.isin(values, ignore or ()), -1, values)
+            given[i] = given[i]._replace(labels=kept)
         for each in given:
             # Classes exported by the studio; or, as ground truth, such as ScanNet's .labels.ply.
             named = {".classes", ".vertex-classes", ".labels" if each is not given[0] else ""}
             if named & {*each.path.suffixes} and not each.labels.all():
-                advice = "if it means no class, replace it by -1, or give the studio's work file"
+                how = "replace it by -1" if each is given[0] else "add --ignore 0"
+                advice = f"if it means no class, {how}, or give the studio's work file"
                 print_note(f"{each.path}: 0 counts as a class; {advice}")
         if truths and all(each.are_of_vertices for each in given):
             regions, *segments = (each.labels for each in given)
-            print_note(
-                "labels are compared at the vertices, without metrics of borders and normals: for"
-                " these metrics, give LABELS or a ground truth with one label per face"
-            )
+            note = "labels are compared at the vertices, without metrics of borders and normals"
+            print_note(f"{note}: for these, give LABELS or a ground truth with one label per face")
             return metrics.evaluate_vertices(cells, regions, segments)
         regions, *segments = (labels_of_cells(cells, each) for each in given)
         return metrics.evaluate(cells, regions, segments, tolerance=tolerance)

@@ -34,8 +34,8 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            "Number of regions on each level, such as 2000,500,100.", required=True),
     output_option(
         "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
-        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
-        " given several times.", required=True),
+        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. This"
+        " option may be given several times.", required=True),
     option("--islands", FileOptions.CHOICES["islands"],
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),
@@ -56,6 +56,8 @@ def levels_command(
     Each region of a level is a union of regions of the finer levels. LABELS is a label file with
     the regions to merge; without it, IN is segmented first. IN may be - for standard input.
     """
+    if labels is not None and labels.name.isdecimal() and not labels.exists():
+        raise click.UsageError(f"extra argument {labels}", click.get_current_context())
     counts = tuple(sorted({*counts}))
     has_mask = given["mask"] is not None or given["mask_values"] is not None
     denoise = {} if given["denoise"] is None else {"denoise": given["denoise"]}

@@ -30,8 +30,8 @@ from .outputs import Job, one_job, one_output_options
            "  [default: join masks that cover the same regions into objects, numbered from 0]"),
     opts.option("--agreement", opts.Real(0, 1, min_open=True),
            "Probability that two points of the same object are in the same mask of an image, given"
-           " that both are in masks. A higher value gives more and smaller objects. Not used with"
-           " --consistent-ids.",
+           " that both are in masks. A higher value gives more and smaller objects. This option has"
+           " no effect with --consistent-ids.",
            default=0.5),
     opts.option("--overlap", get_args(Overlap),
            "Which mask to use where masks of an image overlap.", default="smallest"),

@@ -173,13 +173,16 @@ OTHER_OPTIONS = {
 }  # fmt: skip
 """Advice for options that other tools have."""
 
+_ON_MORE = {"studio": "import labels in the browser", "levels": "put commas between numbers of -n"}
+"""Advice for extra arguments, by command."""
+
 
 def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error, with advice on an option of another tool."""
     if not isinstance(error, click.NoSuchOption) or error.ctx is None:
-        is_of_studio = error.ctx is not None and error.ctx.info_name == "studio"
-        are_labels = is_of_studio and "extra argument" in error.message
-        return error.format_message() + (": import labels in the browser" if are_labels else "")
+        is_more = error.ctx is not None and "extra argument" in error.message
+        advice = _ON_MORE.get(error.ctx.info_name or "") if error.ctx and is_more else None
+        return error.format_message() + (f": {advice}" if advice else "")
     if isinstance(error.ctx.command, click.Group):
         return f"{error.format_message()} (options follow the command, or the file)"
     advice = OTHER_OPTIONS.get(error.option_name) or _in_python(error.option_name)

@@ -16,7 +16,7 @@ from .failures import QUIET
 
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `least`, or one of some words."""
+    """Type of options whose value is an integer of at least `least`, or one of the `words`."""
 
     name = "count"
 
@@ -66,6 +66,8 @@ class Listed(click.ParamType):  # type: ignore[type-arg]  # generic in new versi
         items = [item.strip() for item in value.split(",")]
         if not all(items):
             self.fail("an item is empty", param, ctx)
+        if self._of is not click.STRING and any(" " in item for item in items):
+            self.fail(f"{value!r} needs commas between its items", param, ctx)
         return tuple(self._of.convert(item, param, ctx) for item in items)
 
 

@@ -47,9 +47,8 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     return options(
         output_option(
             f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
-            " for standard output; may be given several times."
-            f"  [default: {name}.superfacets.FORMAT beside {name}, see --to]"
-        ),
+            " for standard output. This option may be given several times."
+            f"  [default: {name}.superfacets.FORMAT beside {name}, see --to]"),
         to_option(), opts.labels_named_option, opts.ascii_option, opts.force_option,
         opts.threads_option, opts.quiet_option(), opts.json_option(),
     )  # fmt: skip

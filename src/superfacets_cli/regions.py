@@ -47,11 +47,8 @@ Columns = Mapping[str, kit.Array]
            "Add a column mean_NAME with the mean of this property of IN, such as intensity, or of"
            " a file, such as lh.thickness, over the faces or points of each region, or its vertices"
            " if LABELS and NAME have a value per vertex. Separate names by commas.", multiple=True),
-    opts.viewpoint_option,
-    opts.format_option("IN", of_stream=True),
-    opts.labels_named_option,
-    opts.quiet_option("Print only the table and errors."),
-    opts.json_option(),
+    opts.viewpoint_option, opts.format_option("IN", of_stream=True), opts.labels_named_option,
+    opts.quiet_option("Print only the table and errors."), opts.json_option(),
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,

@@ -51,11 +51,10 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
 @options(
     option("-o --output outputs OUT", FILE,
            "Write a picture to this .png file, or an animation of the rotating mesh to this .gif or"
-           " .mp4 file; may be given several times.", multiple=True, required=True),
-    opts.drawing_options,
-    opts.labels_named_option,
+           " .mp4 file. This option may be given several times.", multiple=True, required=True),
+    opts.drawing_options, opts.labels_named_option,
     option("--compare L", FILE,
-           "Label file for another picture beside the first; may be given several times.",
+           "Label file for another picture beside the first. This option may be repeated.",
            multiple=True),
     option("--color-by WHAT", None,
            "What the colors show: color (the colors in IN, or else its colors of labels); a .npy or"
@@ -63,8 +62,7 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
            " IN, such as intensity; or a column of the table that superfacets regions prints, such"
            " as area.  [default: regions; without labels, color]"),
     opts.viewpoint_option,
-    option("--view side", VIEW_NAMES,
-           "Side from which to look, instead of --azimuth and --elevation."),
+    option("--view side", VIEW_NAMES, "Side to look from, instead of --azimuth and --elevation."),
     option("--size WxH", None,
            "Size of each picture in pixels.  [default: 1200x900; 640x480 for animations]",
            callback=_size),
@@ -149,11 +147,10 @@ def _series_of(
 @options(
     option("--html output OUT", FILE,
            "Write the page to this .html file.  [default: open it in the browser]"),
-    opts.labels_named_option,
-    option("--gt SEG", FILE, "Label file with the ground truth."),
+    opts.labels_named_option, option("--gt SEG", FILE, "Label file with the ground truth."),
     option("--feature features FILE", FILE,
            "A .npy or .txt file with one value per cell, per region of the first level, or per"
-           " vertex of a mesh; may be given several times.", multiple=True),
+           " vertex of a mesh. This option may be given several times.", multiple=True),
     option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
     opts.drawing_options,
 )  # fmt: skip

@@ -184,18 +184,14 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
 @click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
 @options(
     segment_options,
-    options(
-        read.constraint_options, read.barrier_angle_option, opts.labels_named_option,
-        group="Data that borders follow",
-    ),
+    options(read.constraint_options, read.barrier_angle_option, opts.labels_named_option,
+            group="Data that borders follow"),
     options(
         output_option(
             "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
-            " files of all inputs, or - for standard output; may be given several times."
+            " files of all inputs, or - for standard output. This option may be repeated."
             "  [default: IN.superfacets.FORMAT beside IN, see --to]"),
-        to_option(),
-        opts.quiet_option(),
-        group="Everyday options",
+        to_option(), opts.quiet_option(), group="Everyday options",
     ),
     options(opts.format_option("the inputs", of_stream=True), file_options, group="Files"),
     options(

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     option("--export exports KIND", None,
            "Write the saved labels of all files that have a work file, and exit: classes,"
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
-           " format, such as objects.npz. May be given several times.", multiple=True),
+           " format, such as objects.npz. This option may be given several times.", multiple=True),
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: folder of each work file]"),
     up_option,
     option("--no-browser", FLAG, "Print the address without opening a browser."),
@@ -121,8 +121,7 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
 @options(
     option("-o --output OUT", FILE, "New file for the merged work, or folder for new files."),
     option("--prefer", ("mine", "theirs"),
-           "Whose labels to keep where the two differ.", default="mine"),
-    json_option(),
+           "Whose labels to keep where the two differ.", default="mine"), json_option(),
 )  # fmt: skip
 def agree_command(
     mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool

@@ -19,7 +19,7 @@ _UNKNOWN = (25, 5, 25)
 """Color of vertices in no region, as in FreeSurfer."""
 
 _MOST_ROWS = 1 << 16
-"""Maximum number of rows with gaps, which take 0.3 s to write."""
+"""Maximum number of rows if unused labels have rows, too. Writing these rows takes 0.3 s."""
 
 _GIFTI = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -79,7 +79,7 @@ def _write_annot(
     file: IO[bytes], labels: Array, regions: Array, colors: Bytes, names: Mapping[int, str]
 ) -> None:
     """Write an annotation file. Row 0 of its color table is no region, row i + 1 is region i."""
-    # nibabel lists the names without their rows, so gaps have rows, too.
+    # nibabel reads names without row numbers, so unused labels have rows, too.
     highest = int(labels.max())
     rows = np.arange(highest + 1) if highest < _MOST_ROWS else regions
     colors = colors[np.searchsorted(regions, rows) % max(len(colors), 1)]

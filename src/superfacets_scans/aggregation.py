@@ -65,14 +65,10 @@ class RegroupedObject(NamedTuple):
 
 
 def group_segments(
-    output: StrPath,
-    segments: StrPath,
-    objects: npt.ArrayLike,
-    *,
-    classes: Sequence[str] | Sequence[int] | None = None,
-    scores: npt.ArrayLike | None = None,
+    output: StrPath, segments: StrPath, objects: npt.ArrayLike, *,
+    classes: Sequence[str] | Sequence[int] | None = None, scores: npt.ArrayLike | None = None,
     force: bool = False,
-) -> None:
+) -> None:  # fmt: skip
     """Write an ``.aggregation.json`` file, in which each object is a group of segments.
 
     Parameters
@@ -132,13 +128,9 @@ def group_segments(
 
 
 def regroup_segments(
-    output: StrPath,
-    aggregation: StrPath,
-    new_segments: StrPath,
-    *,
-    segments: StrPath | None = None,
-    force: bool = False,
-) -> list[RegroupedObject]:
+    output: StrPath, aggregation: StrPath, new_segments: StrPath, *,
+    segments: StrPath | None = None, force: bool = False,
+) -> list[RegroupedObject]:  # fmt: skip
     """Write an ``.aggregation.json`` file with the same objects, but with new segments.
 
     Each new segment is assigned to the object that contains the largest number of its vertices, or

@@ -89,9 +89,10 @@ def segment_mesh(
         Minimum number of vertices of a region, >= 1, except for smaller components and vertices
         without faces.
     n_segments : int, optional
-        Number of regions, besides components without a seed. By default, it is computed from
-        `kThresh` and `segMinVerts`, and includes these components. If you pass a number, small
-        regions can still take vertices from their neighbors, but are not merged.
+        Number of regions, besides components without a seed and vertices without faces, which an
+        `IslandWarning` reports. By default, it is computed from `kThresh` and `segMinVerts`, and
+        includes these components. If you pass a number, small regions can still take vertices from
+        their neighbors, but are not merged.
 
     Returns
     -------
@@ -148,6 +149,12 @@ def segment_mesh(
             labels = _merged(joined, labels, lowest, least)
     unused = np.flatnonzero(labels < 0)
     labels[unused] = labels.max() + 1 + np.arange(len(unused))
+    if n_segments is not None and (n_found := len(np.unique(labels))) > number:
+        warnings.warn(
+            f"{n_found} regions instead of {number}: components without a seed and vertices without"
+            " faces are regions, too; superfacets.segment can join such components"
+            " (islands='nearest')", IslandWarning, stacklevel=2,
+        )  # fmt: skip
     return _like(labels, faces)
 
 

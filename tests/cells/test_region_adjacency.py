@@ -11,16 +11,6 @@ import shapes
 from shapes import column
 
 import superfacets as sf
-from superfacets import (
-    ArcMeasures,
-    CellGraph,
-    Mesh,
-    MissingExtraError,
-    PolygonMesh,
-    TetMesh,
-    build_point_graph,
-    region_graph,
-)
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.point_graph import find_point_graph, point_surface
 from superfacets.graph.surface import arc_measures
@@ -52,7 +42,7 @@ def test_the_sides_of_a_cube(is_cut):
     cube, labels = (
         (shapes.cube(), np.repeat(range(6), 2)) if is_cut else (shapes.quad_cube(), range(6))
     )
-    graph = region_graph(cube, labels)
+    graph = sf.region_graph(cube, labels)
     pairs = [(a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2]
     assert arcs_of(graph) == dict.fromkeys(pairs, (1, QUARTER, -QUARTER, -QUARTER, 1, QUARTER))
     assert graph.measures.tolist() == graph.areas.tolist() == [1] * 6
@@ -78,7 +68,7 @@ def test_the_sides_of_a_cube(is_cut):
 
 
 def test_a_cube_in_one_region_has_no_normal_and_no_border():
-    graph = region_graph(shapes.cube(), [0] * 12)
+    graph = sf.region_graph(shapes.cube(), [0] * 12)
     assert np.isnan(graph.normals).all()
     assert np.isnan(graph.plane_normals).all()
     assert graph.normal_lengths == pytest.approx([0], abs=1e-12)
@@ -93,7 +83,7 @@ def test_a_cube_in_one_region_has_no_normal_and_no_border():
 
 
 def test_a_box_and_its_lid():
-    graph = region_graph(shapes.quad_cube(), [0, 1, 0, 0, 0, 0])
+    graph = sf.region_graph(shapes.quad_cube(), [0, 1, 0, 0, 0, 0])
     assert arcs_of(graph) == {(0, 1): (4, QUARTER, -QUARTER, -QUARTER, 4, np.pi)}
     assert graph.areas.tolist() == [5, 1]
     assert graph.perimeters.tolist() == [4, 4]
@@ -105,14 +95,14 @@ def test_a_box_and_its_lid():
 
 # A floor of 2 x 1, a wall at x = 0, and a shelf behind the wall at its top. Seen from above, the
 # edge at the floor is concave, and the edge at the shelf is convex.
-L_SHAPE = PolygonMesh.of_faces(
+L_SHAPE = sf.PolygonMesh.of_faces(
     [[2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 0], [0, 0, 1], [0, 1, 1], [-1, 0, 1], [-1, 1, 1]],
     [[0, 1, 2, 3], [3, 2, 5, 4], [4, 5, 7, 6]],
 )
 
 
 def test_an_l_shape_has_a_groove_and_a_ridge():
-    graph = region_graph(L_SHAPE, [0, 1, 2])
+    graph = sf.region_graph(L_SHAPE, [0, 1, 2])
     assert arcs_of(graph) == {
         (0, 1): (1, QUARTER, QUARTER, QUARTER, 1, QUARTER),
         (1, 2): (1, QUARTER, -QUARTER, -QUARTER, 1, QUARTER),
@@ -130,32 +120,32 @@ def test_an_l_shape_has_a_groove_and_a_ridge():
 
 def test_means_over_a_border_are_weighted_by_length():
     # A floor of 2 x 1. The other region is a wall at x = 0, and more floor beyond y = 1.
-    floor = PolygonMesh.of_faces(
+    floor = sf.PolygonMesh.of_faces(
         [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [2, 3, 0], [0, 3, 0]],
         [[0, 1, 2, 3], [0, 3, 5, 4], [3, 2, 6, 7]],
     )
-    graph = region_graph(floor, [0, 1, 1])
+    graph = sf.region_graph(floor, [0, 1, 1])
     assert arcs_of(graph) == {(0, 1): (3, QUARTER / 3, QUARTER, QUARTER / 3, 2, np.arctan(1 / 4))}
 
 
 def test_two_boxes_that_touch():
     """Four faces meet at each edge of the square in which the boxes touch, two of each box."""
     corners = np.concatenate([CORNERS, np.add(CORNERS, [1, 0, 0])])
-    boxes = PolygonMesh.of_faces(corners, np.concatenate([SIDES, np.add(SIDES, 8)]))
-    graph = region_graph(boxes, np.repeat([0, 1], 6))
+    boxes = sf.PolygonMesh.of_faces(corners, np.concatenate([SIDES, np.add(SIDES, 8)]))
+    graph = sf.region_graph(boxes, np.repeat([0, 1], 6))
     # At each edge, the two outer sides are coplanar. Each outer side is at a right angle to the
     # wall of the other box, once convex and once concave. The two walls have an angle of -pi.
     mean, signed = (0 + QUARTER + QUARTER + np.pi) / 4, (0 + QUARTER - QUARTER - np.pi) / 4
     assert arcs_of(graph) == {(0, 1): (4, mean, -np.pi, signed, 4, NAN)}
     assert graph.areas.tolist() == [6, 6]
     assert graph.perimeters.tolist() == [4, 4]
-    apart = region_graph(boxes, np.repeat([0, 1], 6), weld=False)
+    apart = sf.region_graph(boxes, np.repeat([0, 1], 6), weld=False)
     assert apart.n_arcs == 0
     assert apart.perimeters.tolist() == [0, 0]
 
 
 def test_a_column_of_tetrahedra():
-    graph = region_graph(column(3), np.repeat([0, 1, 1], 6))
+    graph = sf.region_graph(column(3), np.repeat([0, 1, 1], 6))
     assert arcs_of(graph) == {(0, 1): (1, 0, 0, 0, 2, NAN)}
     assert graph.measures == pytest.approx([1, 2])
     assert graph.perimeters == pytest.approx([6, 10])
@@ -179,7 +169,7 @@ def test_a_column_of_tetrahedra():
 def test_a_grid_of_squares_one_of_which_is_in_no_region():
     # 0  2  -
     # 0  0  1
-    graph = region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1])
+    graph = sf.region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1])
     assert arcs_of(graph) == {(0, 1): (1, 0, 0, 0, 1, 0), (0, 2): (2, 0, 0, 0, 2, 0)}
     assert graph.areas.tolist() == [3, 1, 1]
     assert graph.perimeters.tolist() == [8, 4, 4]
@@ -194,7 +184,7 @@ def test_a_grid_of_squares_one_of_which_is_in_no_region():
 
 
 def test_centers_are_those_given():
-    graph = region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1], centers=[3, 2, 4])
+    graph = sf.region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1], centers=[3, 2, 4])
     assert graph.centers.tolist() == [3, 2, 4]
 
 
@@ -203,7 +193,7 @@ def test_where_normals_of_points_were_left_out_regions_have_none():
     cloud, labels = sf.PointCloud(points), (points[:, 0] > 0.4).astype(np.int32)
     behind = np.ones((500, 3))  # values that a read past the end would return
     bare = point_surface(replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
-    graph, expected = region_graph_of(bare, labels, 2), region_graph(cloud, labels)
+    graph, expected = region_graph_of(bare, labels, 2), sf.region_graph(cloud, labels)
     assert np.isnan(graph.normals).all()
     assert np.isnan(graph.normal_lengths).all()
     assert not np.isnan(expected.normals).any()
@@ -217,8 +207,8 @@ def test_points_are_where_they_are():
     points = np.array([[x, y, 0.0] for x in range(6) for y in range(4)])
     cloud = sf.PointCloud(points, np.tile([0, 0, 2.0], (24, 1)))
     labels = np.repeat([0, 1], 12)
-    graph = region_graph(cloud, labels)
-    cells = build_point_graph(cloud)
+    graph = sf.region_graph(cloud, labels)
+    cells = sf.build_point_graph(cloud)
     assert graph.areas == pytest.approx(np.bincount(labels, cells.measures))
     assert graph.normals.tolist() == [[0, 0, 1], [0, 0, 1]]
     assert graph.bounds.tolist() == [[[0, 0, 0], [2, 3, 0]], [[3, 0, 0], [5, 3, 0]]]
@@ -237,7 +227,7 @@ def test_points_are_where_they_are():
 
 def test_regions_without_area_have_plain_means():
     flat = shapes.slivers()  # the second face is collinear, the third a point
-    graph = region_graph(flat, [0, 1, 2, 0])
+    graph = sf.region_graph(flat, [0, 1, 2, 0])
     assert graph.areas == pytest.approx([2, 0, 0])
     assert graph.centroids[1:] == pytest.approx(np.array([[1, 1, 0], [5, 5, 5]]))
     assert np.isnan(graph.normals[1:]).all()
@@ -258,13 +248,13 @@ def test_plane_normals_are_of_the_plane_and_face_the_side_of_the_mean_normal():
     for sign in (1, -1):
         # The normals are 10 degrees off, as beside a crease.
         normals = np.tile([0, 0, sign], (203, 1)) + [sign * 0.5, 0, 0]
-        graph = region_graph(sf.PointCloud(points, normals), labels)
+        graph = sf.region_graph(sf.PointCloud(points, normals), labels)
         assert graph.plane_normals[0] == pytest.approx(sign * slope[2], abs=1e-9)
         assert graph.normals[0] != pytest.approx(sign * slope[2], abs=0.1)
         assert np.isnan(graph.plane_normals[1:]).all()  # of a line, and of one point
         assert graph.table()["plane_normal_z"][0] == pytest.approx(sign * 0.8)
-    slab = TetMesh(column(1).vertices @ np.diag([3, 2, 1]) @ -slope, column(1).tets)
-    assert region_graph(slab, [0] * 6).plane_normals[0] == pytest.approx(slope[2], abs=1e-9)
+    slab = sf.TetMesh(column(1).vertices @ np.diag([3, 2, 1]) @ -slope, column(1).tets)
+    assert sf.region_graph(slab, [0] * 6).plane_normals[0] == pytest.approx(slope[2], abs=1e-9)
     with pytest.raises(ValueError, match="read-only"):
         graph.plane_normals[0] = 0
 
@@ -287,7 +277,7 @@ def as_quads(n):
     sheet = shapes.bumpy_sheet(n)
     a, b, c = sheet.faces[: n * n].T
     quads = np.stack([a, b, c, sheet.faces[n * n :, 2]], axis=1).tolist()
-    return PolygonMesh.of_faces(
+    return sf.PolygonMesh.of_faces(
         sheet.vertices, [quads[0][:3], [a[0], c[0], quads[0][3]], *quads[1:]]
     )
 
@@ -306,7 +296,7 @@ def test_the_kernels_give_what_the_reference_gives(name, seed):
     mesh = TWINS[name]
     surface = as_surface(mesh, weld=True, n_threads=1)
     labels = random_labels(surface.n_cells, 4, seed)
-    graph = region_graph(mesh, labels)
+    graph = sf.region_graph(mesh, labels)
     for region, shape in enumerate(reference.region_shapes(mesh, labels)):
         assert graph.measures[region] == pytest.approx(shape.measure)
         assert graph.centroids[region] == pytest.approx(shape.centroid)
@@ -323,7 +313,7 @@ def test_the_kernels_give_what_the_reference_gives(name, seed):
         if length > 1e-9:
             assert graph.normals[region] == pytest.approx(shape.area_vector / length)
     borders, _, angles, sides, open_lengths = surface.handle.arc_measures(1)
-    measures = ArcMeasures(borders, None, angles, sides, open_lengths)
+    measures = sf.ArcMeasures(borders, None, angles, sides, open_lengths)
     expected = reference.region_arcs(*surface.arcs, measures, labels)
     check_arcs(graph, expected)
     assert graph.open_lengths == pytest.approx(np.bincount(labels, open_lengths))
@@ -342,21 +332,21 @@ def test_arcs_of_a_graph_count_once_whichever_way_they_lead(seed):
     rng = np.random.default_rng(seed)
     given = shapes.random_one_way_graph(40, 200, seed)
     has_length = rng.uniform(size=given.n_arcs) > 0.2
-    measures = ArcMeasures(
+    measures = sf.ArcMeasures(
         rng.uniform(size=given.n_arcs) * has_length,
         angles=rng.choice([-2.0, -0.5, 0.0, 0.5, 2.0], given.n_arcs),
     )
     arrays = (given.positions, given.measures, given.offsets, given.neighbors, given.weights)
-    graph = CellGraph(*arrays, arc_measures=measures)
+    graph = sf.CellGraph(*arrays, arc_measures=measures)
     labels = random_labels(40, 9, seed) - 1
     expected = reference.region_arcs(graph.offsets, graph.neighbors, measures, labels)
-    check_arcs(region_graph(graph, labels), expected)
+    check_arcs(sf.region_graph(graph, labels), expected)
 
 
 def test_the_numbers_are_the_same_on_any_number_of_threads():
     mesh = shapes.bumpy_sheet(140)
     labels = np.arange(mesh.n_faces) // 300
-    one, two = (numbers_of(region_graph(mesh, labels, n_threads=n)) for n in (1, 3))
+    one, two = (numbers_of(sf.region_graph(mesh, labels, n_threads=n)) for n in (1, 3))
     for name, value in one.items():
         assert np.array_equal(value, two[name], equal_nan=True), name
 
@@ -364,15 +354,15 @@ def test_the_numbers_are_the_same_on_any_number_of_threads():
 def test_regions_far_from_the_origin_keep_their_shape():
     mesh = shapes.bumpy_sheet(12)
     labels = random_labels(mesh.n_faces, 5, 0)
-    here = region_graph(mesh, labels)
-    there = region_graph(Mesh(mesh.vertices + [1e6, -2e6, 3e6], mesh.faces), labels)
+    here = sf.region_graph(mesh, labels)
+    there = sf.region_graph(sf.Mesh(mesh.vertices + [1e6, -2e6, 3e6], mesh.faces), labels)
     for name in ("measures", "deviations", "perimeters", "border_lengths", "concavities"):
         assert getattr(there, name) == pytest.approx(getattr(here, name), rel=1e-6, abs=1e-7), name
 
 
 def test_the_border_of_a_region_is_its_arcs_and_what_is_open():
     mesh = shapes.bumpy_sheet(20)
-    graph = region_graph(mesh, random_labels(mesh.n_faces, 30, 1))
+    graph = sf.region_graph(mesh, random_labels(mesh.n_faces, 30, 1))
     sums = np.bincount(graph.edge_index.ravel(), np.tile(graph.border_lengths, 2))
     assert sums + graph.open_lengths == pytest.approx(graph.perimeters)
     assert (np.abs(graph.concavities) <= graph.mean_angles + 1e-15).all()
@@ -392,7 +382,7 @@ def test_the_border_of_a_region_is_its_arcs_and_what_is_open():
 ])  # fmt: skip
 def test_wrong_labels_and_centers_are_refused(labels, centers, message):
     with pytest.raises(ValueError, match=message):
-        region_graph(shapes.strip(4), labels, centers=centers)
+        sf.region_graph(shapes.strip(4), labels, centers=centers)
 
 
 def test_a_graph_without_measures_of_arcs_is_refused():
@@ -401,11 +391,11 @@ def test_a_graph_without_measures_of_arcs_is_refused():
         match=r"the CellGraph must have border lengths: make it with"
         r" arc_measures=ArcMeasures\(\.\.\.\)",
     ):
-        region_graph(shapes.line_graph([1, 1]), [0, 0, 1])
+        sf.region_graph(shapes.line_graph([1, 1]), [0, 0, 1])
 
 
 def test_what_is_not_there_is_refused():
-    graph = region_graph(shapes.strip(4), [0, 0, 1, 1])
+    graph = sf.region_graph(shapes.strip(4), [0, 0, 1, 1])
     for region in (-1, 2):
         with pytest.raises(IndexError, match=f"region must be 0 to 1, got {region}"):
             graph.neighbors(region)
@@ -417,7 +407,7 @@ def test_what_is_not_there_is_refused():
 
 def test_a_graph_of_networkx():
     networkx = pytest.importorskip("networkx")
-    graph = region_graph(L_SHAPE, [0, 1, 2]).to_networkx()
+    graph = sf.region_graph(L_SHAPE, [0, 1, 2]).to_networkx()
     assert isinstance(graph, networkx.Graph)
     assert list(graph.nodes) == [0, 1, 2]
     assert list(graph.edges) == [(0, 1), (1, 2)]
@@ -429,21 +419,21 @@ def test_a_graph_of_networkx():
 
 def test_a_matrix_of_scipy():
     pytest.importorskip("scipy")
-    graph = region_graph(L_SHAPE, [0, 1, 2])
+    graph = sf.region_graph(L_SHAPE, [0, 1, 2])
     assert graph.to_scipy().toarray().tolist() == [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
     assert graph.to_scipy().indices.dtype == graph.to_scipy().indptr.dtype == np.int32
     signed = graph.to_scipy("concavity")
     assert signed.toarray() == pytest.approx(
         QUARTER * np.array([[0, 1, 0], [1, 0, -1], [0, -1, 0]])
     )
-    flat = region_graph(shapes.squares(2, 1), [0, 1]).to_scipy("mean_angle")
+    flat = sf.region_graph(shapes.squares(2, 1), [0, 1]).to_scipy("mean_angle")
     assert (flat.nnz, flat.shape) == (2, (2, 2))  # one of the two stored values is 0
-    assert region_graph(shapes.squares(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
+    assert sf.region_graph(shapes.squares(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
 
 
 def test_changing_a_matrix_or_an_array_of_neighbors_in_place_leaves_the_graph():
     pytest.importorskip("scipy")
-    graph = region_graph(L_SHAPE, [0, 1, 2])
+    graph = sf.region_graph(L_SHAPE, [0, 1, 2])
     neighbors = graph.neighbors(1).tolist()
     matrix = graph.to_scipy("concavity")
     matrix.data = matrix.data > 0
@@ -454,7 +444,7 @@ def test_changing_a_matrix_or_an_array_of_neighbors_in_place_leaves_the_graph():
 
 
 def test_arrays_for_pytorch_geometric():
-    arrays = region_graph(L_SHAPE, [1, 0, 2]).to_pyg()
+    arrays = sf.region_graph(L_SHAPE, [1, 0, 2]).to_pyg()
     assert arrays["edge_index"].tolist() == [[0, 0, 1, 2], [1, 2, 0, 0]]
     assert arrays["edge_attr"][:, 3] == pytest.approx(QUARTER * np.array([1, -1, 1, -1]))
     assert arrays["super_index"].tolist() == [1, 0, 2]
@@ -465,7 +455,7 @@ def test_arrays_for_pytorch_geometric():
         "edge_index": "int64", "edge_attr": "float32", "pos": "float32", "x": "float32",
         "super_index": "int64",
     }  # fmt: skip
-    of_tets = region_graph(column(2), [0] * 6 + [1] * 6)
+    of_tets = sf.region_graph(column(2), [0] * 6 + [1] * 6)
     assert np.isnan(of_tets.normal_angles).all()
     assert np.isfinite(of_tets.to_pyg()["x"]).all()
     assert np.isfinite(of_tets.to_pyg()["edge_attr"]).all()
@@ -473,7 +463,7 @@ def test_arrays_for_pytorch_geometric():
 
 def test_a_table_of_pandas():
     pytest.importorskip("pandas")
-    table = region_graph(L_SHAPE, [0, 1, 2]).to_pandas()
+    table = sf.region_graph(L_SHAPE, [0, 1, 2]).to_pandas()
     assert table.index.tolist() == [0, 1, 2]
     assert table["area"].tolist() == [2, 1, 1]
     assert table["surface_variation"].tolist() == [0, 0, 0]
@@ -487,8 +477,8 @@ def test_a_table_of_pandas():
 )
 def test_without_the_library_the_message_says_what_to_install(monkeypatch, module, method):
     monkeypatch.setitem(sys.modules, module, None)
-    graph = region_graph(L_SHAPE, [0, 1, 2])
-    with pytest.raises(MissingExtraError, match=r"superfacets\[graph\]"):
+    graph = sf.region_graph(L_SHAPE, [0, 1, 2])
+    with pytest.raises(sf.MissingExtraError, match=r"superfacets\[graph\]"):
         getattr(graph, method)()
 
 
@@ -498,7 +488,7 @@ def test_a_segmentation_knows_its_regions(source):
     graph = result.regions
     assert result.regions is graph
     assert result.cells is source  # no copy
-    expected = region_graph(source, result.labels, centers=result.centers)
+    expected = sf.region_graph(source, result.labels, centers=result.centers)
     for name, value in numbers_of(expected).items():
         assert np.array_equal(value, getattr(graph, name), equal_nan=True), name
     again = pickle.loads(pickle.dumps(result))
@@ -522,9 +512,9 @@ def test_a_segmentation_of_a_graph_has_regions_where_arcs_have_measures():
     ):
         sf.segment_graph(faces.with_weights(weights), 4).regions  # noqa: B018
     arrays = (faces.positions, faces.measures, faces.offsets, faces.neighbors, weights)
-    graph = CellGraph(*arrays, arc_measures=arc_measures(mesh, faces))
+    graph = sf.CellGraph(*arrays, arc_measures=arc_measures(mesh, faces))
     result = sf.segment_graph(graph, 4)
-    expected = region_graph(mesh, result.labels)
+    expected = sf.region_graph(mesh, result.labels)
     assert result.regions.border_lengths == pytest.approx(expected.border_lengths)
     assert result.regions.concavities == pytest.approx(expected.concavities)
     assert np.isnan(result.regions.normals).all()
@@ -557,11 +547,11 @@ def test_ugly_meshes_have_finite_numbers(seed):
     rng = np.random.default_rng(seed)
     n_vertices = int(rng.integers(4, 12))
     vertices = np.round(rng.normal(size=(n_vertices, 3)), 1) * 10.0 ** rng.choice([-13, 0, 13])
-    kind = [Mesh, PolygonMesh.of_faces, TetMesh][seed % 3]
+    kind = [sf.Mesh, sf.PolygonMesh.of_faces, sf.TetMesh][seed % 3]
     n_cells = int(rng.integers(4, 30))
     mesh = kind(vertices, rng.integers(0, n_vertices, (n_cells, [3, 5, 4][seed % 3])))
     labels = random_labels(n_cells, 3, seed)
-    graph = region_graph(mesh, labels)
+    graph = sf.region_graph(mesh, labels)
     for name, value in numbers_of(graph).items():
         may_be_nan = name in ("normals", "normal_lengths", "normal_angles", "plane_normals")
         assert may_be_nan or np.isfinite(value).all(), name
@@ -574,7 +564,7 @@ def test_ugly_meshes_have_finite_numbers(seed):
     lengths = np.linalg.norm([*graph.normals, *graph.plane_normals], axis=1)
     assert ((np.abs(lengths - 1) < 1e-12) | np.isnan(lengths)).all()
     assert not (graph.normal_lengths > 1).any()
-    if not isinstance(mesh, TetMesh):
+    if not isinstance(mesh, sf.TetMesh):
         lines = sf.border_lines(mesh, labels)
         table = np.zeros((3, 4))
         np.add.at(table, tuple(lines.regions.T), lines.lengths)

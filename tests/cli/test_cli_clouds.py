@@ -76,11 +76,11 @@ def test_properties_of_faces_and_vertices(folder):
 def test_what_the_file_does_not_have_is_an_error(folder):
     output = run("segment", "bear.ply", "--features", "color", status=1)
     assert (
-        "features color: the mesh has no property red, green, blue: it has normals, height"
+        "features color: the mesh has no property red, green, blue; it has normals, height"
         in output
     )
     output = run("segment", "cloud.ply", "--features", "heat", status=1)
-    assert "the cloud has no property heat: it has color, normals, height, alpha, blue" in output
+    assert "the cloud has no property heat; it has color, normals, height, alpha, blue" in output
 
 
 def test_scans_of_an_e57_become_one_cloud(folder):

@@ -7,18 +7,7 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import (
-    MeshAttributes,
-    PointCloud,
-    TetMesh,
-    build_face_graph,
-    cut_borders,
-    read_attributes,
-    read_labels,
-    read_mesh,
-    segment,
-    write_mesh,
-)
+import superfacets as sf
 
 
 @pytest.fixture
@@ -34,15 +23,15 @@ def labels(sheet, tmp_path):
 def test_a_mesh_is_segmented_and_cut(run, sheet, tmp_path):
     out = tmp_path / "cut.ply"
     status, printed, notes = run("cut", sheet, "-n", 20, "-o", out)
-    mesh = read_mesh(sheet)
-    expected = cut_borders(mesh, segment(mesh, 20).labels)
+    mesh = sf.read_mesh(sheet)
+    expected = sf.cut_borders(mesh, sf.segment(mesh, 20).labels)
     assert (status, notes) == (0, "")
     first, second = printed.splitlines()
     assert first == f"wrote {out}"
     assert second.startswith(f"sheet.ply: 1152 faces cut into {expected.mesh.n_faces}, 20 regions")
-    cut = read_mesh(out)
+    cut = sf.read_mesh(out)
     assert np.array_equal(cut.faces, expected.mesh.faces)
-    assert np.array_equal(read_labels(out, cut.n_faces), expected.labels)
+    assert np.array_equal(sf.read_labels(out, cut.n_faces), expected.labels)
 
 
 def test_labels_keep_their_numbers(run, sheet, labels, tmp_path):
@@ -55,23 +44,23 @@ def test_labels_keep_their_numbers(run, sheet, labels, tmp_path):
     written = np.load(faces)
     assert set(written.tolist()) == {-1, 3, 7}
     assert facts["n_faces"] == 1152
-    assert facts["n_new_faces"] == len(written) == read_mesh(mesh).n_faces
+    assert facts["n_new_faces"] == len(written) == sf.read_mesh(mesh).n_faces
     assert (facts["n_regions"], facts["outputs"]) == (2, [str(mesh), str(faces)])
 
 
 def test_labels_in_the_mesh_are_taken(run, tmp_path):
     mesh = shapes.bumpy_sheet(12)
-    given = segment(mesh, 5).labels
-    write_mesh(tmp_path / "labeled.ply", mesh, given)
+    given = sf.segment(mesh, 5).labels
+    sf.write_mesh(tmp_path / "labeled.ply", mesh, given)
     assert run("cut", tmp_path / "labeled.ply", "-o", tmp_path / "cut.npy", "-q")[:2] == (0, "")
-    assert np.array_equal(np.load(tmp_path / "cut.npy"), cut_borders(mesh, given).labels)
+    assert np.array_equal(np.load(tmp_path / "cut.npy"), sf.cut_borders(mesh, given).labels)
 
 
 @pytest.fixture
 def named(tmp_path):
     mesh = shapes.bumpy_sheet(12)
     halves = mesh.vertices[mesh.faces[:, 0], 0] > np.median(mesh.vertices[:, 0])
-    write_mesh(tmp_path / "in.stl", mesh, halves.astype(int), classes=["inlet", "outlet"])
+    sf.write_mesh(tmp_path / "in.stl", mesh, halves.astype(int), classes=["inlet", "outlet"])
     return tmp_path / "in.stl"
 
 
@@ -91,7 +80,7 @@ def test_regions_that_are_solids_have_their_names(run, named, tmp_path, words, e
     command, *more = words.format(named).split()
     out = tmp_path / f"out{ending}"
     assert run(command, named, *more, "-o", out)[::2] == (0, "")
-    assert [*read_attributes(out).names.values()] == [("inlet", "outlet")]
+    assert [*sf.read_attributes(out).names.values()] == [("inlet", "outlet")]
     if command == "transfer":
         err = run(command, named, *more, "-o", tmp_path / "a.ply")[2]
         assert "names of regions are not stored in .ply" in err
@@ -100,7 +89,7 @@ def test_regions_that_are_solids_have_their_names(run, named, tmp_path, words, e
 def test_solids_are_regions_where_only_labels_are_wanted(run, named, tmp_path):
     out = tmp_path / "out.npy"
     assert run("convert", named, "-o", out)[0] == 0
-    assert np.array_equal(np.load(out), read_labels(named))
+    assert np.array_equal(np.load(out), sf.read_labels(named))
     table = run("regions", named)[1].split()
     assert [row.split(",")[-1] for row in table] == ["name", "inlet", "outlet"]
     assert f"or {named} again to use" in run("view", named, "--html", tmp_path / "p.html")[2]
@@ -109,8 +98,8 @@ def test_solids_are_regions_where_only_labels_are_wanted(run, named, tmp_path):
 
 def test_the_default_output_lies_beside_the_input(run, sheet):
     assert run("cut", sheet, "-n", 4)[0] == 0
-    cut = read_mesh(sheet.with_name("sheet.superfacets.ply"))
-    assert build_face_graph(cut).edge_counts.non_manifold == 0
+    cut = sf.read_mesh(sheet.with_name("sheet.superfacets.ply"))
+    assert sf.build_face_graph(cut).edge_counts.non_manifold == 0
 
 
 def test_regions_are_given_once(run, sheet, labels):
@@ -127,20 +116,20 @@ def test_labels_of_no_region_are_refused(run, sheet, tmp_path):
 
 
 def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
-    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    sf.write_mesh(tmp_path / "cube.ply", shapes.cube())
     status, printed, _ = run("cut", tmp_path / "cube.ply", "-o", tmp_path / "cut.ply")
     assert status == 0
     assert "12 faces cut into 12, 12 regions" in printed
-    whole = MeshAttributes(face={"solid": np.zeros(12, int)}, names={"solid": ("body",)})
-    write_mesh(tmp_path / "cube.ply", shapes.cube(), attributes=whole)
+    whole = sf.MeshAttributes(face={"solid": np.zeros(12, int)}, names={"solid": ("body",)})
+    sf.write_mesh(tmp_path / "cube.ply", shapes.cube(), attributes=whole)
     assert "12 regions" in run("cut", tmp_path / "cube.ply", "-o", tmp_path / "cut.ply")[1]
 
 
 @pytest.mark.parametrize(("name", "cells"), [
-    ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]])), ("cloud.ply", PointCloud(np.eye(3))),
+    ("tets.vtu", sf.TetMesh(np.eye(4, 3), [[0, 1, 2, 3]])), ("cloud.ply", sf.PointCloud(np.eye(3))),
 ])  # fmt: skip
 def test_tetrahedra_and_points_have_no_borders_to_cut(run, tmp_path, name, cells):
-    write_mesh(tmp_path / name, cells)
+    sf.write_mesh(tmp_path / name, cells)
     status, _, err = run("cut", tmp_path / name, "-o", tmp_path / "cut.ply")
     assert status == 1
     assert f"{name}: a mesh of faces is needed\n" in err

@@ -83,11 +83,18 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
     status, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json")
     assert run("evaluate", mesh, labels, "--gt", truth.with_suffix(".ply"), "--json")[1] == printed
     assert (status, "converted" in err) == (0, False)
-    assert "truth.labels.txt: 0 counts as a class; if it means no class, replace it by -1" in err
+    assert "truth.labels.txt: 0 counts as a class; if it means no class, add --ignore 0," in err
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)
     expected = metrics.evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
     assert {name: facts[name] for name in expected} == expected
+    _, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json", "--ignore", "0,7")
+    assert "counts as a class" not in err
+    facts, truth_of_vertices = json.loads(printed), [-1, -1, 1, 1, -1, 1]
+    expected = metrics.evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [truth_of_vertices])
+    assert {name: facts[name] for name in expected} == expected
+    assert facts["n_left_out"] == 3
+    assert "--ignore needs ground truth" in run("evaluate", mesh, labels, "--ignore", 0)[2]
 
 
 def test_a_note_tells_that_labels_of_vertices_were_converted(run, labeled_strip):

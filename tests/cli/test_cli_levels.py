@@ -159,6 +159,15 @@ def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     assert files_in(tmp_path) == ["sheet.ply"]
 
 
+def test_numbers_without_commas_are_an_error_that_says_so(run, sheet, tmp_path):
+    for numbers, message in [
+        (["9", "5"], "extra argument 5: put commas"), (["9", "5", "3"], "(3): put commas"),
+        (["9 5"], "'9 5' needs commas between its items"),
+    ]:  # fmt: skip
+        status, _, err = run("levels", sheet, "-n", *numbers, "-o", tmp_path / "x.npz")
+        assert (status, message in err) == (2, True)
+
+
 def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, broken):
     sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
     np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
@@ -187,7 +196,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
     (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
     (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
-     "features heat: the mesh has no property heat: it has normals"),
+     "features heat: the mesh has no property heat; it has normals"),
     (("-n", "9999", "-o", "out.npz"), 2,
      "error: -n must be at most 1152, the number of faces, got 9999"),
 ])  # fmt: skip

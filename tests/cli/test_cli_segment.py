@@ -486,16 +486,24 @@ def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):
 
 
 def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
-    output = colored.with_name("out.ply")
+    output, mesh = colored.with_name("out.ply"), sf.read_mesh(colored)
+    face, comments = {"material": np.arange(72)}, ["comment TextureFile a.png"]
+    side = mesh.vertices @ [30.0, 20.0, 40.0] + 50  # linear, so interpolation is exact
+    vertex = {"side": side, "blue": np.rint(side).astype(np.uint8), "kind": np.arange(49)}
+    sf.write_mesh(colored, mesh, attributes=sf.MeshAttributes(vertex, face, comments))
     status, _, err = run("segment", colored, "-n", 5, "-o", output, "--subdivide")
-    assert status == 0
-    assert "vertex property red, which new vertices do not have" in err
-    found = sf.read_attributes(output)
-    assert not found.vertex
-    mesh = sf.read_mesh(colored)
+    assert (status, "not copied" in err) == (0, False)
+    found, vertices = sf.read_attributes(output), sf.read_mesh(output).vertices
+    assert len(vertices) > 49
+    assert np.allclose(found.vertex["side"], vertices @ [30.0, 20.0, 40.0] + 50, atol=1e-4)
+    assert np.abs(found.vertex["blue"] - found.vertex["side"]).max() < 1.01
+    assert {*found.vertex["kind"][49:]} <= {*range(49)}
     radius = np.sqrt(sf.mesh_info(mesh).area / (5 * np.pi))
     assert np.array_equal(found.face["material"], sf.subdivide(mesh, 0.25 * radius).sources)
     assert found.comments == ("comment TextureFile a.png",)
+    sf.write_mesh(colored, shapes.house(), attributes=sf.MeshAttributes({"red": np.arange(5)}))
+    err = run("segment", colored, "-n", 1, "-o", output, "--subdivide")[2]
+    assert "not copied: vertex properties red, because triangles replace polygons\n" in err
 
 
 def test_a_feature_without_effect_is_a_note(run, tmp_path):

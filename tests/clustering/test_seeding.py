@@ -153,7 +153,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
     ({"init": [0, 5]}, ValueError, r"init\[1\] must be 0 to 4, got 5"),
     ({"init": [-1]}, ValueError, r"init\[0\] must be 0 to 4, got -1"),
     ({"init": [1, 2, 1]}, ValueError,
-     "init must be distinct, but cell 1 occurs more than once"),
+     "but cell 1 occurs more than once; labels need a value per cell \\(5\\), not 3"),
     ({"init": []}, ValueError, "init must contain at least one cell, but it is empty"),
     ({"init": [0.5]}, TypeError, "init must contain integers, got float64"),
     ({"init": [[0]]}, ValueError, "init must be one-dimensional"),

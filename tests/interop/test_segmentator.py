@@ -193,8 +193,9 @@ def test_files_of_ids_have_the_same_regions(bear, tmp_path):
 
 
 def test_vertices_of_no_face_have_ids_of_their_own():
-    ids = segment_mesh([[9, 9, 9], *shapes.fold(0).vertices, [8, 8, 8]], [[1, 2, 3], [2, 1, 4]],
-                       n_segments=1)  # fmt: skip
+    vertices = [[9, 9, 9], *shapes.fold(0).vertices, [8, 8, 8]]
+    with pytest.warns(sf.IslandWarning, match="3 regions instead of 1: components without"):
+        ids = segment_mesh(vertices, [[1, 2, 3], [2, 1, 4]], n_segments=1)
     assert ids.tolist() == [1, 0, 0, 0, 0, 2]
 
 

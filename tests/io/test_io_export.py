@@ -36,6 +36,7 @@ from superfacets_scans import write_graphs
 from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
+NEW_ID = "^in {}, new ids for 1 vertex without a face or region$"
 
 TETS = shapes.two_tets()
 
@@ -53,7 +54,8 @@ def house():
 
 class TestScanNet:
     def test_segments_are_one_line_without_spaces(self, square, tmp_path):
-        write_mesh(tmp_path / SEGMENTS, square, [7, 0])
+        with pytest.warns(UserWarning, match=NEW_ID.format(".segs.json")):
+            write_mesh(tmp_path / SEGMENTS, square, [7, 0])
         assert (tmp_path / SEGMENTS).read_bytes() == (
             b'{"params":{"software":"superfacets","nSegments":3},"sceneId":"scene0000_00",'
             b'"segIndices":[0,7,0,0,8]}'
@@ -94,8 +96,8 @@ class TestScanNet:
     def test_the_scene_is_in_the_name_of_the_file(self, name, scene):
         assert scene_of(Path(name), ".segs.json") == scene
 
-    def test_a_name_that_is_no_ascii_stays_json(self, tmp_path, square):
-        write_mesh(tmp_path / 'a"é.segs.json', square, [0, 1])
+    def test_a_name_that_is_no_ascii_stays_json(self, tmp_path):
+        write_labels(tmp_path / 'a"é.segs.json', [0, 1])
         assert json.loads((tmp_path / 'a"é.segs.json').read_text())["sceneId"] == 'a"é'
 
     def test_every_segment_of_the_skeleton_is_a_group(self, square, tmp_path):
@@ -126,9 +128,10 @@ class TestScanNet:
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
-            with pytest.raises(MeshError, match=rf"labels\[1\] must be >= 0 in {name[1:]}, got -1"):
+            why = rf"^labels\[1\] must be >= 0 in {name[1:]}, got -1"
+            with pytest.raises(MeshError, match=f"{why}$"):
                 write_mesh(tmp_path / name, square, [0, -1])
-            with pytest.raises(MeshError, match=rf"labels\[1\] must be >= 0 in {name[1:]}, got -1"):
+            with pytest.raises(MeshError, match=f"{why}: vertices without a face or region get"):
                 write_labels(tmp_path / name, [0, -1])
         assert not list(tmp_path.iterdir())
 
@@ -180,8 +183,9 @@ class TestSstk:
 
 class TestSuperpoints:
     def test_ids_are_64_bit_numbers_without_gaps(self, square, tmp_path):
-        write_mesh(tmp_path / "a.bin", square, [7, 0])
-        write_mesh(tmp_path / "a_sp_label.npy", square, [7, 0])
+        for name in ("a.bin", "a_sp_label.npy"):
+            with pytest.warns(UserWarning, match=NEW_ID.format(name[1:])):
+                write_mesh(tmp_path / name, square, [7, 0])
         expected = [0, 1, 0, 0, 2]  # 0, 7, 0, 0 and one of its own
         assert_array_equal(np.fromfile(tmp_path / "a.bin", "<i8"), expected)
         stored = np.load(tmp_path / "a_sp_label.npy")
@@ -244,6 +248,13 @@ class TestPyTorchGeometric:
         write_mesh(tmp_path / "a.npz", Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces), labels)
         with np.load(tmp_path / "a.npz") as file:
             assert file["vertex_super_index"].tolist() == [*nodes.tolist(), -1]
+        files = OutputFiles([tmp_path / name for name in ("a.npz", SEGMENTS, "a.bin")])
+        lone = Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces)
+        (note,) = files.write(lone, np.arange(288) // 24 * 5).notes()
+        assert note == NEW_ID[1:-1].format(".npz and .segs.json and .bin")
+        with np.load(tmp_path / "a.npz") as file:  # nodes are the same as in files of ids
+            nodes = file["vertex_super_index"].tolist()
+            assert (nodes, file["region"][-1]) == ([*np.fromfile(tmp_path / "a.bin", "<i8")], 56)
         write_mesh(tmp_path / "b.npz", PointCloud(sheet.vertices), np.arange(169) // 13)
         with np.load(tmp_path / "b.npz") as file:  # a point is a cell
             assert "vertex_super_index" not in file
@@ -624,6 +635,9 @@ class TestRegions:
             assert written.comments == ("comment by hand",)
             assert_array_equal(written.vertex["heat"], heat[part.vertices])
             assert_array_equal(written.face["kind"], [kind])
+        lost = "^.obj does not store: vertex property heat; face property kind; comments$"
+        with pytest.warns(UserWarning, match=lost):
+            write_regions(tmp_path / "a", house, [0, 1], ending=".obj", attributes=attributes)
         with pytest.raises(ValueError, match="the face property kind"):
             write_regions(tmp_path, house, [0, 1], attributes=MeshAttributes(face={"kind": [3]}))
 

@@ -455,6 +455,13 @@ def test_labels_of_vertices_are_compared_at_the_vertices():
         ValueError, match=r"truth must have one value per vertex \(6\), got 4 values"
     ):
         evaluate_vertices(square, labels, [[0] * 4])
+    why = r"{} must have one value per cell \(4\), got one per vertex \(6\): use evaluate_v"
+    with pytest.raises(MeshError, match=why.format("labels")):
+        achievable_iou(square, labels, truth)
+    with pytest.raises(MeshError, match=why.format("truth")):
+        evaluate(square, labels[:4], [truth])
+    with pytest.raises(MeshError, match="which evaluate_vertices needs: use evaluate"):
+        evaluate_vertices(square.vertices, labels)
 
 
 def test_regions_of_vertices_are_connected_along_edges_and_across_seams():

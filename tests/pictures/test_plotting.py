@@ -9,18 +9,7 @@ import numpy as np
 import pytest
 from shapes import bumpy_sheet, strip
 
-from superfacets import (
-    Plot,
-    PointCloud,
-    PolygonMesh,
-    RenderError,
-    TetMesh,
-    View,
-    face_labels,
-    hierarchy,
-    plot,
-    region_graph,
-)
+import superfacets as sf
 from superfacets_show.annotations import _clearances, _places, _ticks, scale_strip, title_strip
 from superfacets_show.colors import NO_COLOR, Scale, checked_values, scale_colors, scale_of
 
@@ -28,9 +17,9 @@ SIZE = (160, 120)
 WHITE = (255, 255, 255)
 SHEET = bumpy_sheet(6)
 LABELS = np.arange(SHEET.n_faces) * 5 // SHEET.n_faces
-FRONT = View(azimuth=0, elevation=0, up="z")
+FRONT = sf.View(azimuth=0, elevation=0, up="z")
 TWO = strip(2)
-TETS = TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0], [3, 0, 1, 2]])
+TETS = sf.TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0], [3, 0, 1, 2]])
 
 
 def read_image(source):
@@ -41,8 +30,8 @@ def read_image(source):
 
 def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
     path = tmp_path / "plot.png"
-    plotted = plot(SHEET, LABELS, size=SIZE, output=path)
-    expected = plot(SHEET, LABELS, size=SIZE).image
+    plotted = sf.plot(SHEET, LABELS, size=SIZE, output=path)
+    expected = sf.plot(SHEET, LABELS, size=SIZE).image
     np.testing.assert_array_equal(plotted.image, expected)
     np.testing.assert_array_equal(np.asarray(plotted), expected)
     np.testing.assert_array_equal(np.asarray(read_image(path)), expected)
@@ -51,7 +40,7 @@ def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
 
 
 def test_a_plot_is_an_array_of_any_type():
-    plotted = Plot([np.full((2, 3, 3), 7, np.uint8)], "y")
+    plotted = sf.Plot([np.full((2, 3, 3), 7, np.uint8)], "y")
     assert repr(plotted).startswith("Plot(1 picture of 3 x 2 pixels: shown by a notebook, or ")
     assert np.asarray(plotted, dtype=np.float64).dtype == np.float64
     copied = np.array(plotted)
@@ -61,25 +50,25 @@ def test_a_plot_is_an_array_of_any_type():
 
 def test_labelings_stand_side_by_side_from_the_same_camera(gl):
     coarse = LABELS // 3
-    both = plot(SHEET, LABELS, compare=[coarse], size=SIZE).image
+    both = sf.plot(SHEET, LABELS, compare=[coarse], size=SIZE).image
     assert both.shape == (120, 320, 3)
-    np.testing.assert_array_equal(both[:, :160], plot(SHEET, LABELS, size=SIZE).image)
-    np.testing.assert_array_equal(both[:, 160:], plot(SHEET, coarse, size=SIZE).image)
-    nested = hierarchy(SHEET, [3, 2], labels=LABELS)
-    both = plot(SHEET, nested.levels[0], compare=nested.levels[1:], size=SIZE).image
-    np.testing.assert_array_equal(both, plot(SHEET, nested, size=SIZE).image)
+    np.testing.assert_array_equal(both[:, :160], sf.plot(SHEET, LABELS, size=SIZE).image)
+    np.testing.assert_array_equal(both[:, 160:], sf.plot(SHEET, coarse, size=SIZE).image)
+    nested = sf.hierarchy(SHEET, [3, 2], labels=LABELS)
+    both = sf.plot(SHEET, nested.levels[0], compare=nested.levels[1:], size=SIZE).image
+    np.testing.assert_array_equal(both, sf.plot(SHEET, nested, size=SIZE).image)
     of_vertices = np.arange(SHEET.n_vertices) // 9
-    found = plot(SHEET, face_labels(SHEET, of_vertices), size=SIZE).image
-    np.testing.assert_array_equal(plot(SHEET, of_vertices, size=SIZE).image, found)
+    found = sf.plot(SHEET, sf.face_labels(SHEET, of_vertices), size=SIZE).image
+    np.testing.assert_array_equal(sf.plot(SHEET, of_vertices, size=SIZE).image, found)
 
 
 def test_each_labeling_has_numbers_of_its_own(gl):
     one, other = LABELS, 10 - LABELS // 3
-    both = plot(SHEET, one, compare=[other], numbers=True, size=SIZE).image
+    both = sf.plot(SHEET, one, compare=[other], numbers=True, size=SIZE).image
     for half, labels in [(both[:, :160], one), (both[:, 160:], other)]:
-        numbered = plot(SHEET, labels, numbers=True, size=SIZE).image
+        numbered = sf.plot(SHEET, labels, numbers=True, size=SIZE).image
         np.testing.assert_array_equal(half, numbered)
-        assert not np.array_equal(numbered, plot(SHEET, labels, size=SIZE).image)
+        assert not np.array_equal(numbered, sf.plot(SHEET, labels, size=SIZE).image)
 
 
 def test_the_room_of_a_pixel_is_the_distance_to_the_end_of_its_region():
@@ -105,11 +94,11 @@ def test_numbers_do_not_overlap_and_regions_seen_edge_on_have_none():
 
 
 def test_titles_stand_above_and_take_of_the_height(gl):
-    titled = plot(SHEET, LABELS, compare=[LABELS], titles=["one", "two"], size=SIZE).image
+    titled = sf.plot(SHEET, LABELS, compare=[LABELS], titles=["one", "two"], size=SIZE).image
     assert titled.shape == (120, 320, 3)
     assert (titled[:8, 60:100] < 200).any()
     assert not np.array_equal(titled[:8, :160], titled[:8, 160:])
-    untitled = plot(SHEET, LABELS, compare=[LABELS], size=(160, 112)).image
+    untitled = sf.plot(SHEET, LABELS, compare=[LABELS], size=(160, 112)).image
     np.testing.assert_array_equal(titled[8:], untitled)
 
 
@@ -129,24 +118,24 @@ def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
     settings = {"size": SIZE, "border_width": 0}
     by_region = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
     of_cells = by_region[LABELS]
-    one = plot(SHEET, LABELS, color_by=by_region, **settings).image
-    np.testing.assert_array_equal(one, plot(SHEET, LABELS, color_by=of_cells, **settings).image)
-    np.testing.assert_array_equal(one, plot(SHEET, color_by=of_cells, **settings).image)
+    one = sf.plot(SHEET, LABELS, color_by=by_region, **settings).image
+    np.testing.assert_array_equal(one, sf.plot(SHEET, LABELS, color_by=of_cells, **settings).image)
+    np.testing.assert_array_equal(one, sf.plot(SHEET, color_by=of_cells, **settings).image)
     colors = Scale(1, 5, "", True).colors(of_cells)
     np.testing.assert_array_equal(
-        one[:106], plot(SHEET, colors=colors, size=(160, 106), border_width=0).image
+        one[:106], sf.plot(SHEET, colors=colors, size=(160, 106), border_width=0).image
     )
 
 
 def test_values_that_fit_several_counts_are_of_cells_then_regions_then_vertices():
-    quads = PolygonMesh.of_faces(SHEET.vertices, [[0, 1, 8], [1, 2, 9, 8]])
+    quads = sf.PolygonMesh.of_faces(SHEET.vertices, [[0, 1, 8], [1, 2, 9, 8]])
     values = np.arange(SHEET.n_vertices)
     for cells, corners in ((TWO, TWO.faces), (TETS, TETS.tets), (quads, [[0, 1, 8], [1, 2, 9, 8]])):
         given = values[: cells.n_vertices]
         found, of = checked_values(given, "given", cells, 2)
         assert (found.tolist(), of) == ([np.mean(row) for row in corners], "cell")
     assert checked_values([4, 5, 6, 7], "given", TWO, 4)[1] == "region"
-    closed = TetMesh(TETS.vertices, [[3, 0, 1, 2]] * 5)
+    closed = sf.TetMesh(TETS.vertices, [[3, 0, 1, 2]] * 5)
     found, of = checked_values([5, 6, 7, 8, 9], "given", closed, 5)
     assert (found.tolist(), of) == ([5, 6, 7, 8, 9], "cell")
     found, _ = checked_values([np.nan, 0, 0, 0], "given", TWO, None)
@@ -159,31 +148,31 @@ def test_a_column_of_the_table_of_regions_is_known_by_name(gl):
     labels *= 2  # numbers with gaps; cells in no region are still the only ones below 0
     labels[labels < 0] = -1
     compact = np.where(labels < 0, -1, np.unique(labels, return_inverse=True)[1] - 1)
-    perimeters = region_graph(SHEET, compact.astype(np.int32)).perimeters
-    named = plot(SHEET, labels, color_by="perimeters", size=SIZE).image
-    given = plot(SHEET, labels, color_by=perimeters, scale_title="perimeter", size=SIZE).image
+    perimeters = sf.region_graph(SHEET, compact.astype(np.int32)).perimeters
+    named = sf.plot(SHEET, labels, color_by="perimeters", size=SIZE).image
+    given = sf.plot(SHEET, labels, color_by=perimeters, scale_title="perimeter", size=SIZE).image
     np.testing.assert_array_equal(named, given)
     assert (named == NO_COLOR).all(axis=2).any()  # the patch beside the scale
 
 
 def test_labelings_share_a_scale(gl):
     values = np.linspace(0, 1, SHEET.n_faces)
-    both = plot(SHEET, LABELS, compare=[LABELS // 2], color_by=values, size=SIZE).image
-    alone = plot(SHEET, LABELS, color_by=values, size=SIZE).image
+    both = sf.plot(SHEET, LABELS, compare=[LABELS // 2], color_by=values, size=SIZE).image
+    alone = sf.plot(SHEET, LABELS, color_by=values, size=SIZE).image
     np.testing.assert_array_equal(both[:106, :160], alone[:106])
     row = both[112]
     found = np.flatnonzero((row == scale_colors()[0]).all(axis=1))
     assert 80 <= found.min() < 90
 
 
-@pytest.mark.parametrize("cells", [PointCloud(SHEET.vertices), TETS], ids=["points", "tets"])
+@pytest.mark.parametrize("cells", [sf.PointCloud(SHEET.vertices), TETS], ids=["points", "tets"])
 def test_points_and_tetrahedra_are_colored_by_value(gl, cells):
-    n = cells.n_points if isinstance(cells, PointCloud) else cells.n_tets
+    n = cells.n_points if isinstance(cells, sf.PointCloud) else cells.n_tets
     labels = np.arange(n) % 3
-    image = plot(cells, labels, color_by=np.arange(n), size=SIZE).image
+    image = sf.plot(cells, labels, color_by=np.arange(n), size=SIZE).image
     assert (image[:100] < 250).any()
-    name = "area" if isinstance(cells, PointCloud) else "volume"
-    assert plot(cells, labels, color_by=name, size=SIZE).image.shape == (120, 160, 3)
+    name = "area" if isinstance(cells, sf.PointCloud) else "volume"
+    assert sf.plot(cells, labels, color_by=name, size=SIZE).image.shape == (120, 160, 3)
 
 
 def test_colors_of_values():
@@ -212,7 +201,7 @@ def test_ticks_are_round_numbers(low, high, expected):
 
 
 def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
-    plotted = plot(SHEET, LABELS, n_frames=4, size=(64, 48))
+    plotted = sf.plot(SHEET, LABELS, n_frames=4, size=(64, 48))
     assert len(plotted.frames) == 4
     assert not np.array_equal(plotted.frames[0], plotted.frames[1])
     path = plotted.save(tmp_path / "turn.gif")
@@ -228,7 +217,7 @@ def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
 def test_the_ending_asks_for_a_turn(gl, tmp_path, limit):
     limit("frames of a turn", 3)
     limit("size of a turn", (32, 24))
-    plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
+    plotted = sf.plot(SHEET, LABELS, output=tmp_path / "turn.gif")
     assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3
 
 
@@ -253,7 +242,7 @@ def ffmpeg(monkeypatch):
 
 def test_videos_have_sides_of_even_length(tmp_path, ffmpeg):
     frames = [np.full((5, 7, 3), 9, np.uint8)] * 30
-    path = Plot(frames, "y").save(tmp_path / "turn.mp4")
+    path = sf.Plot(frames, "y").save(tmp_path / "turn.mp4")
     assert ffmpeg == [((8, 6), pytest.approx(6.25))]
     assert path.read_text() == repr([8 * 6 * 3] * 30)
 
@@ -261,14 +250,14 @@ def test_videos_have_sides_of_even_length(tmp_path, ffmpeg):
 def test_a_video_can_be_played(tmp_path):
     reader = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
     frames = [np.full((33, 65, 3), shade, np.uint8) for shade in range(0, 250, 10)]
-    path = Plot(frames, "y").save(tmp_path / "turn.mp4")
+    path = sf.Plot(frames, "y").save(tmp_path / "turn.mp4")
     assert reader.count_frames_and_secs(str(path))[0] == 25
 
 
 def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(RenderError, match=r"an \.mp4 file needs imageio-ffmpeg: pip install"):
-        plot(SHEET, output=tmp_path / "turn.mp4")
+    with pytest.raises(sf.RenderError, match=r"an \.mp4 file needs imageio-ffmpeg: pip install"):
+        sf.plot(SHEET, output=tmp_path / "turn.mp4")
     assert not list(tmp_path.iterdir())
 
 
@@ -300,7 +289,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(error, match=message):
-        plot(TWO, size=SIZE, **arguments)
+        sf.plot(TWO, size=SIZE, **arguments)
     assert not list(tmp_path.iterdir())
 
 
@@ -322,6 +311,6 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, broken):
     path.write_bytes(b"old")
     broken("superfacets_show.plotting.gif_of", OSError(28, "No space left on device"))
     with pytest.raises(OSError, match="No space"):
-        Plot([np.zeros((2, 2, 3), np.uint8)] * 2, "y").save(path)
+        sf.Plot([np.zeros((2, 2, 3), np.uint8)] * 2, "y").save(path)
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["turn.gif"]

@@ -48,6 +48,23 @@ def test_values_of_two_regions_by_hand():
     }  # fmt: skip
 
 
+class Tensor(list):
+    """Stand-in for a tensor of torch, which has a method `size`, and becomes an array."""
+
+    def size(self):
+        return self.__array__().shape
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(list(self), dtype)
+
+
+def test_tensors_are_accepted_like_arrays():
+    labels, ones = Tensor([0, 0, 1]), Tensor([1.0, 1.0, 1.0])
+    assert sf.pool(labels, Tensor([1.0, 3.0, 5.0]), measures=ones).tolist() == [2.0, 5.0]
+    assert sf.unpool(labels, Tensor([4, 7])).tolist() == [4, 4, 7]
+    assert sf.metrics.area_overlap(labels, Tensor([0, 1, 1]), ones).areas.tolist() == [1, 1, 1]
+
+
 def test_integers_stay_integers_but_for_means_and_sums():
     for dtype in (np.uint8, np.int16, np.int64, np.float32, bool):
         values = np.array([1, 0, 1], dtype)

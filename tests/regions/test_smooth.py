@@ -7,16 +7,7 @@ import pytest
 import reference
 import shapes
 
-from superfacets import (
-    ArcMeasures,
-    CellGraph,
-    Mesh,
-    _core,
-    build_face_graph,
-    crease_weights,
-    sample_mesh,
-    segment,
-)
+import superfacets as sf
 from superfacets.cleanup.edit import CREASE_SCALE, read_labeled
 from superfacets.cleanup.smooth import MAX_CHAIN, MAX_SWEEPS, ROUNDNESS, smooth_borders
 
@@ -36,7 +27,7 @@ def sheet(drawing, height=lambda x, y: 0.0):
             b, c, d = a + 1, a + n_columns + 2, a + n_columns + 1
             faces += [[a, b, c], [a, c, d]]
             labels += [int(lower), int(upper)]
-    return Mesh(points, faces), labels
+    return sf.Mesh(points, faces), labels
 
 
 def check_smoothed(drawing, expected, height=lambda x, y: 0.0, **parameters):
@@ -162,7 +153,7 @@ def test_one_region_and_a_region_for_each_face_stay():
 
 
 def test_faces_without_area_have_borders_without_length():
-    line = Mesh([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])
+    line = sf.Mesh([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])
     assert smooth_borders(line, [0, 1]).tolist() == [0, 1]
 
 
@@ -173,7 +164,7 @@ def test_given_weights_decide_what_a_crease_is():
         00 00 01 11 11
         """
     mesh, labels = sheet(drawing)
-    graph = build_face_graph(mesh)
+    graph = sf.build_face_graph(mesh)
     sources = np.repeat(np.arange(mesh.n_faces), np.diff(graph.offsets))
     is_border = np.array(labels)[sources] != np.array(labels)[graph.neighbors]
     weights = np.where(is_border, 100.0, 0.1)
@@ -199,21 +190,21 @@ def steps_of(costs):
 MESHES = {
     "sheet": lambda: shapes.bumpy_sheet(16), "moebius": lambda: shapes.moebius(40),
     "fins": lambda: shapes.fins(7), "slivers": shapes.slivers,
-    "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)), "sample": lambda: sample_mesh(3000),
+    "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)), "sample": lambda: sf.sample_mesh(3000),
     "two sheets as one": lambda: doubled(shapes.bumpy_sheet(8)),
 }  # fmt: skip
 
 
 def doubled(mesh):
     """Return the mesh with each face twice, so that inner edges have four faces."""
-    return Mesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[::-1]]))
+    return sf.Mesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[::-1]]))
 
 
 def labelings(mesh):
     """Yield the regions of `segment`, then random labels, whose regions are in pieces."""
     rng = np.random.default_rng(3)
     k = min(12, mesh.n_faces)
-    yield segment(mesh, k, smooth=False).labels
+    yield sf.segment(mesh, k, smooth=False).labels
     yield np.unique(rng.integers(0, k, mesh.n_faces), return_inverse=True)[1]
 
 
@@ -224,7 +215,7 @@ def test_the_kernel_equals_its_twin(name):
         _, costs, array, _ = read_labeled(mesh, labels, None, True, 1)
         fixed = {int(np.argmax(array == 0))}
         expected = reference.smooth_borders(
-            build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), fixed,
+            sf.build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), fixed,
             max_distance=1.0 * costs.radius, crease_scale=CREASE_SCALE * costs.radius,
             max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
         )  # fmt: skip
@@ -235,16 +226,16 @@ def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0, sizes=(), goa
     _, costs, array, _ = read_labeled(mesh, labels, None, True, 1)
     stiff = (stiffness / costs.radius, ROUNDNESS * stiffness / costs.radius**3)
     expected = reference.smooth_borders(
-        build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
+        sf.build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
         max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
         max_chain=max_chain, max_sweeps=max_sweeps, stiffness=stiff[0], roundness=stiff[1],
         sizes=sizes, goals=goals,
     )  # fmt: skip
     none = np.zeros(0, np.int32)
-    options = _core.SmoothOptions(
+    options = sf._core.SmoothOptions(
         costs.radius, max_chain, max_sweeps, *stiff, np.array(sizes, float), np.array(goals, float)
     )
-    assert _core.smooth_borders(*costs.args, array, none, options, 1).tolist() == expected
+    assert sf._core.smooth_borders(*costs.args, array, none, options, 1).tolist() == expected
 
 
 @pytest.mark.parametrize("stiffness", [0.5, 20.0])
@@ -262,7 +253,7 @@ def test_stiff_regions_keep_their_areas():
     """Most of these small regions would shrink to a few faces without stiffness."""
     mesh = shapes.bumpy_sheet(60)
     small = np.random.default_rng(2).choice(mesh.n_faces, 60, replace=False)
-    labels = segment(mesh, init=small, max_num_iter=0, smooth=False, alpha=0).labels
+    labels = sf.segment(mesh, init=small, max_num_iter=0, smooth=False, alpha=0).labels
     areas = np.bincount(labels)
     free, stiff = (smooth_borders(mesh, labels, max_distance=3.0, stiffness=s) for s in (0.0, 5.0))
     changes = [np.abs(np.bincount(x, minlength=60) / areas - 1).mean() for x in (free, stiff)]
@@ -279,7 +270,7 @@ def test_stiffness_is_checked(stiffness):
 def test_regions_without_area_take_part():
     """All vertices are on a line, so all areas are 0; smoothing must not divide by them."""
     mesh = shapes.bumpy_sheet(8)
-    flat = Mesh(mesh.vertices * [1.0, 0.0, 0.0], mesh.faces)
+    flat = sf.Mesh(mesh.vertices * [1.0, 0.0, 0.0], mesh.faces)
     labels = np.arange(mesh.n_faces) * 4 // mesh.n_faces
     assert np.unique(smooth_borders(flat, labels, stiffness=2.0)).tolist() == [0, 1, 2, 3]
 
@@ -302,7 +293,7 @@ def test_no_more_cells_move_at_once_and_no_more_often_than_allowed(max_chain, ma
 @pytest.mark.parametrize("name", MESHES)
 def test_no_region_vanishes_or_falls_apart(name):
     mesh = MESHES[name]()
-    graph = build_face_graph(mesh)
+    graph = sf.build_face_graph(mesh)
     for labels in labelings(mesh):
         smoothed = smooth_borders(mesh, labels, max_distance=100.0)
         assert np.array_equal(np.unique(smoothed), np.unique(labels))
@@ -311,10 +302,10 @@ def test_no_region_vanishes_or_falls_apart(name):
 
 def test_labels_do_not_depend_on_place_or_size():
     mesh = shapes.bumpy_sheet(128)
-    labels = segment(mesh, 60, alpha=0, smooth=False).labels
+    labels = sf.segment(mesh, 60, alpha=0, smooth=False).labels
     smoothed = smooth_borders(mesh, labels)
     assert (smoothed != labels).any()
-    moved = Mesh(2.0 * mesh.vertices[:, [1, 2, 0]] + [4.0, -8.0, 2.0], mesh.faces)
+    moved = sf.Mesh(2.0 * mesh.vertices[:, [1, 2, 0]] + [4.0, -8.0, 2.0], mesh.faces)
     assert np.mean(smooth_borders(moved, labels) == smoothed) > 0.999
 
 
@@ -322,7 +313,7 @@ def test_labels_do_not_depend_on_place_or_size():
 def test_labels_do_not_depend_on_threads(k):
     """The 80,000 faces are enough for four threads."""
     mesh = shapes.bumpy_sheet(200)
-    labels = segment(mesh, k, alpha=0, smooth=False).labels
+    labels = sf.segment(mesh, k, alpha=0, smooth=False).labels
     for stiffness in (0.0, 1.5):
         options = {"stiffness": stiffness, "max_distance": 3.0}
         expected = smooth_borders(mesh, labels, n_threads=1, **options)
@@ -344,7 +335,7 @@ def stripes(first):
     corners = [38 * y + x for y, x in squares]
     faces = [t for a in corners for t in ([a, a + 1, a + 39], [a, a + 39, a + 38])]
     labels = [8 if x == 32 else 9 if x > 32 else x // 4 for _, x in squares]
-    return Mesh(points, faces), np.repeat(labels, 2) - first
+    return sf.Mesh(points, faces), np.repeat(labels, 2) - first
 
 
 def test_patches_of_one_color_never_touch():
@@ -360,7 +351,7 @@ def test_patches_of_one_color_never_touch():
         n = 10 - first
         smoothed = smooth_borders(mesh, labels)
         assert (smoothed != labels).any() == is_expected
-        assert do_touch(smoothed, build_face_graph(mesh)) == is_expected
+        assert do_touch(smoothed, sf.build_face_graph(mesh)) == is_expected
         check_twin(mesh, labels, MAX_CHAIN, MAX_SWEEPS)
 
 
@@ -376,9 +367,9 @@ def test_arcs_that_lead_one_way_only_are_followed_in_turn():
     arcs = arcs[np.argsort(arcs[:, 0], kind="stable")]
     offsets = np.searchsorted(arcs[:, 0], np.arange(len(cells) + 1))
     ones = np.ones(len(arcs))
-    graph = CellGraph(
+    graph = sf.CellGraph(
         np.c_[column, row, 0 * row].astype(float), np.ones(len(cells)), offsets, arcs[:, 1], ones,
-        arc_measures=ArcMeasures(ones),
+        arc_measures=sf.ArcMeasures(ones),
     )  # fmt: skip
     labels = (row + rng.integers(0, 2, len(cells))) // 20 * 10 + column // 20
     labels = np.unique(labels, return_inverse=True)[1]
@@ -388,8 +379,8 @@ def test_arcs_that_lead_one_way_only_are_followed_in_turn():
 
 
 def test_a_region_that_is_touched_and_touches_none():
-    graph = CellGraph(
-        [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 1], [1], [1], arc_measures=ArcMeasures([1.0])
+    graph = sf.CellGraph(
+        [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 1], [1], [1], arc_measures=sf.ArcMeasures([1.0])
     )
     assert smooth_borders(graph, [0, 1]).tolist() == [0, 1]
 
@@ -427,8 +418,8 @@ def test_thousands_of_faces_on_one_edge_take_no_longer_to_smooth_than_to_join():
     """Each face has neighbors in all 500 regions, so a sum for each of them takes too long."""
     mesh = shapes.fins(1500)
     begin = time.process_time()
-    graph = build_face_graph(mesh)
-    weights = crease_weights(mesh, graph, 0.1)
+    graph = sf.build_face_graph(mesh)
+    weights = sf.crease_weights(mesh, graph, 0.1)
     built = time.process_time() - begin
     begin = time.process_time()
     labels = np.arange(1500) // 3

@@ -86,7 +86,7 @@ float light(vec3 lamp) {
 }
 `;
 
-/** Function `isOutside()`: whether a point of the mesh is outside the clip box. Needs EYE. */
+/** Function `isOutside()`: whether a point of the mesh is outside the clip box. A shader must include EYE before it. */
 const CLIP = `
 uniform bool is_clipped;
 uniform vec3 clip_low;
@@ -97,7 +97,7 @@ bool isOutside(vec3 at) {
 }
 `;
 
-/** Function `isLeftOut()`: whether the current pixel is outside the clip box, or seen from behind. Needs LIGHT and EYE. */
+/** Function `isLeftOut()`: whether the pixel is outside the clip box, or seen from behind. LIGHT and EYE must precede it. */
 export const LEFT_OUT = `${CLIP}
 uniform bool hides_backs;
 bool isLeftOut() {

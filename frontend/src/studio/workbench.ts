@@ -139,7 +139,7 @@ export class Workbench {
     return [...classes].sort((a, b) => place(a) - place(b));
   }
 
-  /** Announce the chosen class and object, and the class whose key the class has got. */
+  /** Announce the chosen class and object, and the class that lost its key to the chosen class. */
   sayChosen(): void {
     const { currentPaint, keyless, classKeys } = this;
     const name = this.paintName(currentPaint);

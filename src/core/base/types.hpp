@@ -12,7 +12,7 @@ namespace superfacets {
 
 using Vertex = std::int32_t;
 using Face = std::int32_t;
-using Cell = std::int32_t;         // a face, point, tetrahedron or node of any other graph
+using Cell = std::int32_t;         // index of a face, point, tetrahedron or node of another graph
 using Place = std::int32_t;        // index of a cell in the order of a space-filling curve
 using Label = std::int32_t;        // region of a cell, 0..K-1
 using PathLength = std::uint64_t;  // sum of quantized arc lengths, an integer

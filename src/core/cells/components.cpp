@@ -22,7 +22,7 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
   };
   Components components = unite_neighbors(graph.n_cells(), for_each_neighbor, team);
   // So far, components are numbered in the order of the space-filling curve. The following loop
-  // renumbers them in the order of their lowest cells.
+  // renumbers them in the order of their lowest cell indices.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.in_input_order()) {

@@ -8,7 +8,7 @@
 namespace superfacets {
 
 struct Components {
-  // (N,) component of each cell; components 0..C-1 are numbered by their lowest cells.
+  // (N,) component of each cell; components 0..C-1 are sorted by their lowest cell index.
   Buffer<Cell> of;
   Cell n_components = 0;
 };
@@ -41,7 +41,7 @@ class DisjointSets {
     return cell;
   }
 
-  // Numbers the sets in the order of their lowest cells.
+  // Numbers the sets in the order of their lowest cell indices.
   Components number() && {
     Cell n_sets = 0;
     for (std::size_t cell = 0; cell < parents_.size(); ++cell) {

@@ -31,7 +31,7 @@ inline constexpr Label kAnyGroup = -1;
 // island. If there are groups, an island can only join cells of its own group. An island of the
 // group kAnyGroup can join any cell. An island whose group has no labeled cell becomes a new
 // region. If there are K regions, new regions get the labels K, K + 1, ... in the order of their
-// lowest cells.
+// lowest cell indices.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team);
 

@@ -70,7 +70,7 @@ std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seed
                               Islands islands, ThreadTeam& team);
 
 // Divides space into cubes of edge length `side`, with a corner at `corner`. The cells in each
-// occupied cube form a region. Regions are in the order of their lowest cells. The seeds are the
+// occupied cube form a region. Regions are sorted by their lowest cell index. The seeds are the
 // centers of these regions (see update_centers).
 std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double side,
                              ThreadTeam& team);

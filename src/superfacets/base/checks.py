@@ -477,7 +477,9 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
         twice = values[np.argmax(counts > 1)]
-        raise ValueError(f"{name} must be distinct, but cell {twice} occurs more than once")
+        text = f"{name} must be distinct, but cell {twice} occurs more than once"
+        hint = f"; labels need a value per cell ({n_cells}), not {len(array)} (see face_labels)"
+        raise ValueError(text + hint if name == "init" else text)
     return array
 
 

@@ -48,9 +48,9 @@ class Plan:
         start: tuple[CountOptions, AnyInit | Start | None], loop: LoopOptions,
         *, dimension: int, plural: str = "cells", order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph from the size options and `init`, which refer to given cells.
+        """Make the plan for a graph from the size options and the initial centers.
 
-        `order` is the index of each cell of the graph before sorting; None if they were not sorted.
+        `init` uses the indices of cells before sorting, which `order` contains if they were sorted.
         """
         (count_options, given), n_threads = start, loop.n_threads
         kept, kept_measures = None, graph.measures

@@ -24,20 +24,12 @@ from .seeding import run_seeding
 
 
 def segment_graph(
-    graph: CellGraph,
-    n_segments: int | None = None,
-    *,
-    radius: float | None = None,
-    features: npt.ArrayLike | Features | None = None,
-    init: AnyInit | Start | None = None,
-    mask: npt.ArrayLike | None = None,
-    barriers: npt.ArrayLike | None = None,
-    islands: Islands = "keep",
-    max_num_iter: int = 50,
-    tol: float = 0.02,
-    n_threads: int | None = None,
-    callback: Callback | None = None,
-) -> Segmentation:
+    graph: CellGraph, n_segments: int | None = None, *, radius: float | None = None,
+    features: npt.ArrayLike | Features | None = None, init: AnyInit | Start | None = None,
+    mask: npt.ArrayLike | None = None, barriers: npt.ArrayLike | None = None,
+    islands: Islands = "keep", max_num_iter: int = 50, tol: float = 0.02,
+    n_threads: int | None = None, callback: Callback | None = None,
+) -> Segmentation:  # fmt: skip
     """Divide the cells of a graph into k compact regions.
 
     `segment` uses the same clustering for meshes and point clouds. This function accepts cells of

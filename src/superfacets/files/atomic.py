@@ -177,14 +177,12 @@ def locked(folder: Path, outputs: Sequence[Path] = ()) -> Iterator[None]:
     path = folder / ".lock"
     busy = f"{folder}: another run is writing to this folder"
     file = open_own(path, os.O_RDWR | os.O_CREAT, busy)
-    try:
+    with os.fdopen(file, "rb"):
         remove_leftovers(outputs, older_than=0.0)
         try:
             yield
         finally:
             remove_leftovers(outputs, older_than=0.0)
-    finally:
-        os.close(file)
 
 
 def _lock(file: int, path: Path, busy: str) -> None:

@@ -182,7 +182,7 @@ class Input:
             if isinstance(values, str):
                 self.declared[item] = values
             elif values.dtype.kind not in "biuf" or values.ndim > 2:
-                self.declared[item] = "which has no numbers, or a table per row"
+                self.declared[item] = "whose rows are neither numbers nor lists of numbers"
             elif len(values) != n_rows:
                 rows = counted(n_rows, owner)
                 raise MeshError(f"{item} has {counted(len(values), 'value')} for {rows}")

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_classes, checked_number, checked_threads, counted
+from ..base.errors import MeshError
 from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
@@ -88,14 +89,10 @@ class GroundTruths:
 
 
 def evaluate(
-    mesh: MeshLike,
-    labels: npt.ArrayLike,
-    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
-    *,
-    tolerance: float = DEFAULT_TOLERANCE,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> dict[str, float]:
+    mesh: MeshLike, labels: npt.ArrayLike,
+    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (), *,
+    tolerance: float = DEFAULT_TOLERANCE, weld: float = True, n_threads: int | None = None,
+) -> dict[str, float]:  # fmt: skip
     """Compute all metrics of labels, and return them in a dict keyed by name.
 
     Parameters
@@ -179,10 +176,9 @@ def evaluate(
 
 
 def evaluate_vertices(
-    mesh: MeshLike,
-    vertex_labels: npt.ArrayLike,
+    mesh: MeshLike, vertex_labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Compute metrics of labels of vertices, without conversion to labels of faces.
 
     Parameters
@@ -215,6 +211,8 @@ def evaluate_vertices(
     (2, 1, 0.5)
     """
     cells: Any = as_cells(mesh)
+    if kind_of(cells).are_points:
+        raise MeshError("a point cloud has no faces, which evaluate_vertices needs: use evaluate")
     corners, n = corners_in(cells), cells.n_vertices
     is_used = np.bincount(corners.vertices, minlength=n) > 0
     given = checked_classes(vertex_labels, n, "vertex_labels", "vertex")

@@ -74,6 +74,11 @@ def compact_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
 ) -> tuple[Ints, int]:
     """Return `ranked_labels` and K; raise a MeshError if a label is below -1, or all are -1."""
+    if n_vertices not in (None, n_cells) and getattr(labels, "shape", ()) == (n_vertices,):
+        raise MeshError(
+            f"{name} must have one value per cell ({n_cells}), got one per vertex ({n_vertices}):"
+            f" use evaluate_vertices, or face_labels(mesh, {name})"
+        )
     array = checked_any_labels(labels, n_cells, n_vertices)
     refuse_first(array < -1, name, array, "at least -1", MeshError)
     ranks, names = ranked_labels(array)
@@ -113,7 +118,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     (array([0, 1, 1], dtype=int32), array([0, 0, 1], dtype=int32), array([2., 1., 1.]))
     """
     values = checked_nonnegative_array(
-        areas, np.size(areas), "areas", "face", checked_threads(None)
+        areas, np.asarray(areas).size, "areas", "face", checked_threads(None)
     )
     positive_total(values)
     regions, n_regions = compact_labels(labels, len(values))

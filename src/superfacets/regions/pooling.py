@@ -85,7 +85,7 @@ def pool(
         raise ValueError("the mesh already defines the measures: leave out mesh or measures")
     source = None if mesh is None else as_known(mesh)
     refuse_order(labels, "labels")
-    n_cells = int(np.size(labels)) if source is None else source.n_cells
+    n_cells = np.asarray(labels).size if source is None else source.n_cells
     n_vertices = getattr(source, "n_vertices", None)
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     weights = None
@@ -140,7 +140,7 @@ def unpool(labels: npt.ArrayLike, values: npt.ArrayLike, *, fill: float | None =
     table = np.asarray(values)
     if table.ndim == 0:
         raise ValueError("values must have one value or row per region, got a single number")
-    array = checked_classes(labels, np.size(labels), "labels")
+    array = checked_classes(labels, np.asarray(labels).size, "labels")
     must = f"less than {len(table)}, the number of values"
     refuse_first(array >= len(table), "labels", array, must)
     is_outside = array < 0

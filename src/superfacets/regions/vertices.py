@@ -217,13 +217,14 @@ def vertex_ids(
     cells: Any, labels: npt.NDArray[np.integer[Any]], barriers: Ints | None = None,
     finer: Ints | None = None,
 ) -> Longs:  # fmt: skip
-    """Convert labels of cells, >= 0, to ids of vertices, for files that neural networks read.
+    """Convert labels of cells to ids of vertices, for files that neural networks read.
 
-    Each vertex that gets no label gets a unique id above all labels. `finer` as in `nested_labels`.
+    A vertex that gets no label gets a unique id above all labels, because these files have no -1;
+    but -1 if some cells have the label -1, which only graphs store. `finer` as in `nested_labels`.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
     ids = nested_labels(cells, labels, finer, barriers=barriers).astype(np.int64)
-    unused = np.flatnonzero(ids < 0)
+    unused = np.flatnonzero((ids < 0) & (labels.min() >= 0))
     ids[unused] = int(labels.max()) + 1 + np.arange(len(unused))
     return ids

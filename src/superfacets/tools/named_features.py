@@ -20,6 +20,7 @@ from ..graph.point_graph import find_point_graph
 from ..mesh.attributes import COLORS, MeshAttributes, found_name, is_name, stored_colors
 from ..mesh.convert import as_mesh
 from ..mesh.faces import area_vectors
+from ..mesh.meshes import Mesh
 from ..regions.border_cut import BorderCut
 from ..weights.features import FeatureTable
 from .cell_file import CellFile
@@ -104,9 +105,12 @@ class CellData:
         given = self.attributes
         if given is None:
             return None
-        declared, texture = {**given.declared}, given.texture
-        for name in given.vertex:
-            declared[f"vertex property {name}"] = "which new vertices do not have"
+        vertex, declared, texture = {}, {**given.declared}, given.texture
+        if isinstance(self.cells, Mesh):
+            vertex = _interpolated(given.vertex, self.cells, parts)
+        elif given.vertex:
+            lost = [declared.pop(f"vertex property {name}", name) and name for name in given.vertex]
+            declared[f"vertex properties {', '.join(lost)}"] = "because triangles replace polygons"
         face = {name: values[parts.sources] for name, values in given.face.items()}
         if texture is not None:
             of_texture = load("superfacets_textures.ply_texture:OF_TEXTURE")
@@ -116,8 +120,7 @@ class CellData:
             )
             if texture is None:
                 declared["texture"] = "because triangles replace the polygons"
-        return MeshAttributes(face=face, comments=given.comments, declared=declared,
-                              names=given.names, texture=texture)  # fmt: skip
+        return MeshAttributes(vertex, face, given.comments, texture, given.names, declared)
 
     def _texels(self, name: str, n_threads: int) -> Any:
         """Return the color of each face from the texture, or raise a MeshError if it is missing."""
@@ -148,8 +151,8 @@ class CellData:
             fields = {field for table in self._stored for field in table}
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
-                f"features {name}: {self._whole} has no property {', '.join(wanted)}: it has"
-                f" {', '.join(known)}; or name a file, such as {name}.npy"
+                f"features {name}: {self._whole} has no property {', '.join(wanted)}; it has"
+                f" {', '.join(known)}: name one of these, or a file such as {name}.npy"
             )
         return table
 
@@ -235,3 +238,29 @@ def _per_cell(table: Floats, cells: Any, is_kept: Bools | None = None) -> Floats
     """Return the mean row of the kept vertices of each cell, or `table` for points."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table, is_kept)
+
+
+def _interpolated(
+    properties: Mapping[str, Array], old: Mesh, parts: Subdivision | BorderCut
+) -> dict[str, Array]:
+    """Return properties of the vertices of a mesh, and of new vertices in its faces.
+
+    Floats and colors are interpolated; other integers, such as classes, are of the nearest corner.
+    """
+    n_old, of_vertices = old.n_vertices, np.empty(parts.mesh.n_vertices, np.int64)
+    of_vertices[parts.mesh.faces] = parts.sources[:, np.newaxis]
+    corners = old.faces[of_vertices[n_old:]]
+    arms = old.vertices[corners] - parts.mesh.vertices[n_old:, np.newaxis]
+    areas = np.linalg.norm(np.cross(arms[:, [1, 2, 0]], arms[:, [2, 0, 1]]), axis=2)
+    nearest = corners[np.arange(len(corners)), areas.argmax(axis=1)]
+    shares = areas / np.maximum(areas.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    found = {}
+    for name, values in properties.items():
+        new = values[nearest]
+        if values.dtype.kind == "f" or name in (*COLORS, "alpha"):
+            with np.errstate(invalid="ignore"):  # values may be infinite
+                steps = values[corners] - new[:, np.newaxis] * 1.0
+            change = np.einsum("ij,ij...->i...", shares, steps)
+            new = new + (change if values.dtype.kind == "f" else np.rint(change))
+        found[name] = np.concatenate([values, new.astype(values.dtype)])
+    return found

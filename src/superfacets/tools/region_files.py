@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from ..files.atomic import StrPath, atomic_outputs, output_folder
 from ..files.formats import FORMATS
 from ..files.readers.labels import checked_labels
 from ..files.writers.cells import CellWriter, FormatOptions
+from ..files.writers.write import Written
 from ..graph.kinds import kind_of
 from ..mesh.attributes import MeshAttributes, is_image
 from ..mesh.convert import as_cells
@@ -32,7 +34,7 @@ def write_regions(
     ----------
     folder : path-like
         Folder for the files, created if missing. Files are named after the labels, for example
-        ``region_17.ply``, with leading zeros; they replace existing files.
+        ``region_017.ply`` if there are hundreds; they replace existing files.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         The cells, which keep their order. A file has only the vertices of its cells, in the order
         of the mesh. Points keep their normals and colors.
@@ -42,7 +44,8 @@ def write_regions(
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     attributes : MeshAttributes, optional
-        Other properties; each file gets the properties of its vertices and faces, but no texture.
+        Other properties, such as colors; each file gets those of its vertices and faces, but no
+        texture. A warning names properties that the format does not store.
     ascii : bool, default False
         Same as in `write_mesh`.
 
@@ -82,6 +85,7 @@ def write_regions(
     CellWriter(cells, None, None, attributes, options).checked([ending])
     paths = [Path(folder, f"region_{value:0{n_digits}}{ending}") for value in values]
     _check_no_other_regions(Path(folder), paths, ending)
+    lost: list[str] = []
     with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
         for temporary, cells_of, value in zip(temporaries, members, values, strict=True):
             part = part_of(cells, cells_of, value)
@@ -89,7 +93,9 @@ def write_regions(
                 is_named = ascii and ending == ".stl"
                 named = np.full(len(cells_of), value, np.int32) if is_named else None
                 kept = None if attributes is None else _attributes_of(part, attributes)
-                CellWriter(part.mesh, named, None, kept, options).write(file, ending)
+                lost += CellWriter(part.mesh, named, None, kept, options).write(file, ending)
+    for note in Written({ending: [*dict.fromkeys(lost)]}, np.zeros(0, np.int64)).notes():
+        warnings.warn(note, stacklevel=2)
     return paths
 
 

@@ -343,7 +343,7 @@ export class Session {
   }
 
   /**
-   * Load the state again; also labels if `withPaint`, changed regions, and suggestions if there are or were any.
+   * Load the state again, labels if `withPaint` is set, changed regions, and suggestions if there are or were any.
    *
    * The state is fetched before the labels. If labels change in between, `beat` detects that `state.seq` is too low.
    */

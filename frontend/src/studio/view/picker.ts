@@ -8,8 +8,8 @@ import { Groups } from "../data/labeling";
 import type { Mesh } from "../data/mesh";
 
 const SLABS = 1024; // number of slabs into which the longest side of the mesh is divided
-// Smallest depth between a surface and a cell seen through its gaps, in multiples of the diameter of a drawn point. In a
-// room's corner, points cover cells that are less far behind them.
+// Smallest depth between a surface and a cell seen through its gaps, in multiples of the diameter of a drawn point. At
+// smaller depths, such as in the corner of a room, points also cover cells of their own surface.
 const MIN_BEHIND = 2;
 const CIRCLE = Array.from({ length: 16 }, (_, i) => [Math.cos((i * Math.PI) / 8), Math.sin((i * Math.PI) / 8)]);
 const NEAR = 8; // radius of the neighborhood of a point, in multiples of the diameter of a drawn point

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
-REPLACED = "new values replace"
-"""Beginning of items of `Output.lost` about properties that new values in the file replace."""
+NEW = "new "
+"""Beginning of items of `Output.lost` about values that a writer replaces or adds."""
 
 _ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
 """Endings of formats that store properties of any name and integers of 64 bits, unlike PLY."""
@@ -138,7 +138,7 @@ class Output:
         names = [name for name in stored if own.get(name) is not None]
         self.taken.update(f"{owner} property {name}" for name in names)
         if replaced := [name for name in names if not _are_equal(own[name], stored[name])]:
-            self.changed.append(f"{REPLACED} {_listed(owner, replaced)}")
+            self.changed.append(f"{NEW}values replace {_listed(owner, replaced)}")
 
     def stored_colors(self, owner: str) -> Bytes | None:
         """Return the colors of the attributes, (n, 3), if all are bytes; mark them as stored."""

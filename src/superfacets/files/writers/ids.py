@@ -11,7 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...base.checks import ranked_labels
+from ...base.checks import counted, ranked_labels
 from ...base.errors import MeshError
 from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
@@ -19,7 +19,7 @@ from ...graph.kinds import kind_of
 from ...mesh.attributes import MeshAttributes
 from ...regions.vertices import nested_labels, vertex_ids
 from ..formats import FORMATS
-from .cells import FormatOptions
+from .cells import NEW, FormatOptions
 from .text_formats import write_npy, write_rows
 
 _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
@@ -31,6 +31,7 @@ _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
 _CORTEX = "superfacets_formats.cortex_writer:write_cortex"
 _PALETTE = "superfacets_show.colors:PALETTE"
 
+_TO_GET_IDS = ": vertices without a face or region get ids only if you pass labels of faces"
 SEGMENTS, GROUPS, LEVELS = ".segs.json", ".aggregation.json", ".sstk.json"
 
 
@@ -44,9 +45,8 @@ class IdWriter:
     attributes: MeshAttributes | None = None  # attributes of the cells
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
     segments: tuple[Ints, Ints, Path] | None = None
-    """Segments that replace the labels of vertices: the segment id of each vertex, (V,), or -1; the
-    object of each segment, (K,), in ascending order of ids, or -1; and the ``.segs.json`` file that
-    contains the ids."""
+    """Segments to write instead: the segment id of each vertex, (V,), or -1; the object of each
+    segment, (K,), in ascending order of ids, or -1; and the ``.segs.json`` file with the ids."""
     segments_file: Path | None = None  # the ``.segs.json`` file that is written with this file
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
     groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
@@ -61,7 +61,8 @@ class IdWriter:
             labels = self._labels_in(ending)
             if ending in FORMATS.vertex_outputs and labels.min() < 0:
                 first = int(np.argmin(labels))
-                raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
+                text = f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}"
+                raise MeshError(text if self.of_vertices is None else text + _TO_GET_IDS)
             if ending in FORMATS.key_labels:
                 _SCANS["check_ids"](labels)
             if ending in FORMATS.graph_outputs and labels.max() < 0:
@@ -86,13 +87,12 @@ class IdWriter:
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
-        has_ids = ending in FORMATS.vertex_outputs and self.segments is None
+        has_ids = self.segments is None and ending in FORMATS.vertex_outputs
+        has_ids |= ending in FORMATS.graph_outputs
         labels = self._vertex_ids if has_ids else self._labels_in(ending)
+        are_new = (labels > self.labels.max()) & (has_ids and self.of_vertices is None)
         if ending in FORMATS.graph_outputs:
-            nodes = self._vertex_ids
-            if self.of_vertices is None:  # vertices in no region have ids above all labels
-                nodes = np.where(nodes > self.labels.max(), -1, nodes)
-            (ranks, names), are_points = ranked_labels(nodes), kind_of(self.cells).are_points
+            (ranks, names), are_points = ranked_labels(labels), kind_of(self.cells).are_points
             make = "region_graph" if are_points else "superpoint_graph"
             graph_of = load(f"superfacets.regions.region_graph:{make}")
             graph = graph_of(self.cells, ranks, weld=self.weld)
@@ -114,7 +114,8 @@ class IdWriter:
             write_npy(file, labels)
         else:
             write_rows(file, "%d\n", [labels])
-        return []
+        new = counted(int(are_new.sum()), "vertex")
+        return [f"{NEW}ids for {new} without a face or region"] * bool(are_new.any())
 
     def _write_groups(self, file: IO[bytes], scene: str) -> None:
         segments_file = self.segments_file
@@ -153,7 +154,7 @@ class IdWriter:
     def region_sizes(self) -> Longs:
         """Number of vertices with the id of each region, in ascending order of the labels."""
         assert self.labels is not None
-        regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
+        regions, ids = np.unique(self.labels[self.labels >= 0]), np.sort(self._vertex_ids)
         return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
 
     @cached_property

@@ -24,7 +24,7 @@ from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..formats import FORMATS
 from ..guards import known_ending
 from ..readers.labels import checked_labels
-from .cells import REPLACED, CellWriter, FormatOptions
+from .cells import NEW, CellWriter, FormatOptions
 from .ids import LEVELS, SEGMENTS, IdWriter
 
 
@@ -50,8 +50,9 @@ def write_mesh(
           `attributes` must contain a texture);
         - tetrahedra: ``.vtu`` or ``.vtk``, without colors;
         - points: ``.ply``, ``.pcd``, ``.csv``, ``.las`` or ``.laz`` (with the extra ``las``);
-        - one id per vertex (from `vertex_labels` with ``method="creases"`` and ``min_vertices=20``)
-          or point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth`` (which needs torch);
+        - one id per vertex (from `vertex_labels` with ``method="creases"`` and ``min_vertices=20``;
+          vertices in no face get new ids, as in ``.npz``) or point: ``.segs.json``, ``.bin``,
+          ``_sp_label.npy`` or ``.pth`` (which needs torch);
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer);
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
           ``.npz`` (the arrays of `RegionGraph.to_pyg` and ``region``, the label of each node; for
@@ -180,7 +181,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         writer.write(file, ending, path)
 
 
-ORDER = "the order of faces (they are sorted by region, so the label files do not fit)"
+ORDER = "the order of faces (they are sorted by region, so label files do not fit this file)"
 """Message for the data that is lost in the formats in `Formats.sorted_outputs`."""
 
 
@@ -194,14 +195,14 @@ class Written(NamedTuple):
     of the labels; otherwise an empty array."""
 
     def notes(self, begin: str = "") -> list[str]:
-        """Return messages on data that is lost, which start with `begin`, or that is replaced."""
-        found = []
+        """Return messages on data that is lost, which start with `begin`, or that is new."""
+        found, endings = [], dict[str, list[str]]()
         for ending, lost in self.lost.items():
-            new = [item for item in lost if item.startswith(REPLACED)]
+            new = [item for item in lost if item.startswith(NEW)]
             gone = [item for item in lost if item not in new]
             found += [f"{begin}{ending} does not store: {'; '.join(gone)}"] * bool(gone)
-            found += [f"in {ending}, {'; '.join(new)}"] * bool(new)
-        return found
+            endings.setdefault("; ".join(new), []).append(ending)
+        return found + [f"in {' and '.join(endings[item])}, {item}" for item in endings if item]
 
 
 @dataclass(frozen=True)
