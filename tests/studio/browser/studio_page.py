@@ -17,7 +17,7 @@ from superfacets_studio.documents.files import Files
 from superfacets_studio.web.address import open_again
 from superfacets_studio.web.server import serve
 
-VIEW = {"viewport": {"width": 700, "height": 460}, "device_scale_factor": 0.5}
+VIEW = {"viewport": {"width": 700, "height": 519}, "device_scale_factor": 0.5}
 """Few pixels, because each takes time without a graphics card."""
 
 START_SECONDS = 60
