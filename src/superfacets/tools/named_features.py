@@ -106,7 +106,7 @@ class CellData:
         if given is None:
             return None
         vertex, declared, texture = {}, {**given.declared}, given.texture
-        if isinstance(self.cells, Mesh):
+        if kind_of(self.cells).name == "triangles":
             vertex = _interpolated(given.vertex, self.cells, parts)
         elif given.vertex:
             lost = [declared.pop(f"vertex property {name}", name) and name for name in given.vertex]
